@@ -56,7 +56,7 @@ class BoxReader:
 
         A box has the class and score of its most likely hypothesis; one without any has no class
         and score 1. Of a box that is turned, it is the upright box around that. Its area is that
-        of the box.
+        of an ellipse which touches all sides: the locator takes what is round for a ball.
 
         :raises MessageError: these are not the bytes of such a message.
         """
@@ -108,5 +108,6 @@ def _rows_of(boxes: Sequence[Box]) -> NDArray[np.void]:
         size = np.stack([cos * width + sin * height, sin * width + cos * height], axis=1)
         corners = rows.view(DETECTION_BOX)
         corners['size'], corners['corner'] = size, np.stack([u, v], axis=1) - (size - 1) / 2
-        rows['u'], rows['v'], rows['area'], rows['score'] = u, v, width * height, score
+        rows['u'], rows['v'], rows['score'] = u, v, score
+        rows['area'] = np.pi / 4 * width * height
     return rows

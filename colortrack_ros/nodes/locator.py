@@ -12,6 +12,7 @@ from colortrack_ros.data import Detections
 from colortrack_ros.data import Tracks
 from colortrack_ros.flow.interleaving import Interleaving
 from colortrack_ros.flow.order import IDLE
+from colortrack_ros.messages import BOXES
 from colortrack_ros.node_kit.camera_feed import CameraFeed
 from colortrack_ros.node_kit.camera_feed import CameraFeedConfig
 from colortrack_ros.node_kit.camera_feed import Depth
@@ -55,6 +56,12 @@ class LocatorSetup(NodeSetup):
         rule_of(self.output.select, self.names)
 
     @property
+    def seen_as(self) -> LocatorConfig:
+        """How things are located: the boxes of networks are not eroded."""
+        is_eroded = self.feed.detections.detections_type != BOXES
+        return replace(self.config, eroded=self.config.eroded if is_eroded else 0.0)
+
+    @property
     def names(self) -> list[str]:
         """Names of the colors."""
         return [kind.name for kind in self.config.colors]
@@ -85,7 +92,7 @@ class LocatorNode(ManagedNode[LocatorSetup]):
         if setup.feed.pose.fixed_frame == MAP and setup.feed.pose.pose_source != 'fixed':
             self.get_logger().warning(MAP_JUMPS)
         self.health = Health(self, objects=lambda: self._output.alive)
-        self._locator = Locator(setup.config, self.health.refuse, len(feeds))
+        self._locator = Locator(setup.seen_as, self.health.refuse, len(feeds))
         self._calibrations = CalibrationWatch()
         self._selector = Selector(setup.output.select, setup.names)
         self._order: Interleaving[Seen] = Interleaving(
@@ -127,7 +134,7 @@ class LocatorNode(ManagedNode[LocatorSetup]):
         tracks = seen.tracks
         with self.lock:
             if line := self._calibrations.see(seen.camera, seen.view.camera):
-                self._locator.configure(self.setup.config)
+                self._locator.configure(self.setup.seen_as)
                 self.get_logger().warning(line)
             locations = self._locator.update(
                 tracks, seen.detections, seen.view, seen.depth, seen.camera
@@ -154,7 +161,7 @@ class LocatorNode(ManagedNode[LocatorSetup]):
     def apply(self, setup: LocatorSetup) -> None:
         """Apply changed parameters."""
         if setup.config != self.setup.config or setup.feed != self.setup.feed:
-            self._locator.configure(setup.config)
+            self._locator.configure(setup.seen_as)
         if setup.output.select != self.setup.output.select:
             self._selector = Selector(setup.output.select, setup.names)
         for feed, config in zip(self._feeds, setup.feed.each, strict=True):

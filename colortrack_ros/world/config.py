@@ -131,7 +131,7 @@ class LocatorConfig(Config):
     eroded: float = parameter(
         2.55,
         'By how much blobs are smaller in diameter than what is seen: by 4/pi px for each pixel of '
-        "the detector's erosion_size above 1.",
+        "the detector's erosion_size above 1. The boxes of networks are not.",
         unit='px',
         limits=(0.0, 100.0),
         audience=EXPERT,

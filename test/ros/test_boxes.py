@@ -7,6 +7,8 @@ import pytest
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
+from support.balls_seen import RADIUS
+from support.balls_seen import seen
 from support.boxes import box
 from support.boxes import serialized
 from support.boxes import write_boxes
@@ -16,6 +18,18 @@ from support.recorded import tracks_of
 from colortrack_ros.messages import BOXES
 from colortrack_ros.messages import detections_of_cloud
 from colortrack_ros.messages import tracks_of_cloud
+from colortrack_ros.node_kit.camera_feed import CameraFeedConfig
+from colortrack_ros.node_kit.detections_intake import DetectionsConfig
+from colortrack_ros.nodes.locator import LocatorSetup
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.world import CameraModel
+from colortrack_ros.world import Locator
+from colortrack_ros.world import LocatorConfig
+from colortrack_ros.world import Pose
+from colortrack_ros.world.config import Kind
+from colortrack_ros.world.config import KindConfig
+from colortrack_ros.world.view import View
 
 START = 1_700_000_000_000_000_000
 CLASSES = ['dog', 'ball']
@@ -62,6 +76,23 @@ def test_boxes_are_taken_where_the_tracker_expects_them_though_there_are_picture
     status, _, told = replay(bag, '-p', f'tracker:detections_type:={BOXES}')
     assert status != 0
     assert f'no topic /detections there, nor another of {BOXES}; there is' in told
+
+
+def test_a_ball_in_the_box_of_a_network_is_located_by_its_size():
+    ball = Kind('ball', KindConfig(diameter=2 * RADIUS))
+    feed = CameraFeedConfig(detections=DetectionsConfig(detections_type=BOXES))
+    setup = LocatorSetup(config=LocatorConfig(colors=(ball,), method='size'), feed=feed)
+    locator, tracker = Locator(setup.seen_as, pytest.fail), Tracker(TrackerConfig())
+    camera = CameraModel.of(640, 480, (500, 0, 320, 0, 500, 240, 0, 0, 1), ())
+    view = View(camera, Pose.of_rpy((0, 0, 0), (0, 0, 0)), Pose.of_rpy((0, 0, 0.5), (0, 0.2, 0)))
+    for k in range(20):
+        stamp = START + k * 40_000_000
+        (blob,) = seen(view, (2.0, 0.3, RADIUS), stamp)[1].rows
+        side = float(blob['box_w']) + LocatorConfig().eroded
+        boxes = serialized([box(float(blob['u']), float(blob['v']), side, side)], stamp)
+        detections = setup.feed.detections.reader(pytest.fail)(boxes)
+        (found,) = locator.update(tracker.update(detections), detections, view).rows
+    assert (found['x'], found['y'], found['z']) == pytest.approx((2.0, 0.3, RADIUS), abs=0.02)
 
 
 @pytest.mark.skipif(importlib.util.find_spec('vision_msgs') is not None, reason='it is installed')
