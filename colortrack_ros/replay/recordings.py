@@ -265,6 +265,7 @@ def choose(
     It is the requested one, if any; otherwise that of the images, raw or compressed, or the only
     one that has images, where those compressed beside the raw ones do not count; in a bag without
     images that of the detections, or the only one of such a type.
+
     :param kinds: types that it may have.
     :raises StartError: none is suitable, or several are; the reason lists them.
     """
