@@ -52,6 +52,10 @@ SLOW_EVERY = 30.0
 LAST_COMMAND = 0.5
 """Time for the stop command to arrive [s], out of the 1.5 s that a node has to shut down."""
 
+LEFT_BY_ROUNDING = 1e-6
+"""Share of the larger variance by which a smaller one may be below 0: ten times what single
+precision leaves of a variance of 0."""
+
 
 @dataclass(frozen=True)
 class FollowerSetup(NodeSetup):
@@ -135,9 +139,9 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         found = locations.rows[row]
         if not np.isfinite(found['time_since_update']):
             raise MessageError('expected finite numbers, got time_since_update nan or inf')
-        variance = np.linalg.eigvalsh(found['covariance'][:2, :2])[-1]
-        if variance < 0:
-            raise MessageError(f'expected a covariance, got one of variance {variance:.3g} m^2')
+        least, variance = np.linalg.eigvalsh(found['covariance'][:2, :2])
+        if least < -LEFT_BY_ROUNDING * abs(variance):
+            raise MessageError(f'expected a covariance, got one of variance {least:.3g} m^2')
         unseen = round(float(found['time_since_update']) * NANOSECONDS)
         return Target(
             np.array([found['x'], found['y']], float), np.array([found['vx'], found['vy']], float),

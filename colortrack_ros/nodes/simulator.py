@@ -49,7 +49,7 @@ TICKS = 2
 often than pictures."""
 PATIENCE = 0.5
 """Time without cmd_vel [s] after which the robot stops: the default of diff_drive_controller."""
-LONGEST_WAY = 0.1
+LONGEST_DRIVE = 0.1
 """Longest time [s] that the robot drives in one step: at its top speed 0.15 m, less than its
 radius, so that it never drives through a wall."""
 LONGEST_STALL = 10.0
@@ -222,7 +222,7 @@ class SimulatorNode(ManagedNode[SimulatorSetup]):
 
     def _move(self, duration: int) -> None:
         """Let the robot drive, and stop if it is no longer told to [ns]."""
-        simulation, longest = self._simulation, round(LONGEST_WAY * NANOSECONDS)
+        simulation, longest = self._simulation, round(LONGEST_DRIVE * NANOSECONDS)
         end = simulation.time + duration
         with self.lock:
             while True:

@@ -222,6 +222,8 @@ def test_a_covariance_that_is_none_is_refused_and_the_robot_stands(ros):
     assert robot.drives(False, variance=-1.0), ros.outputs()
     told = 'locations: expected a covariance, got one of variance -1 m^2'
     assert robot.is_told(told, variance=-1.0), ros.outputs()
+    sideways = np.array([1e-4, -2.0, 1.0, 1.0, 1.0, 1.0])
+    assert robot.is_told('got one of variance -2 m^2', variance=sideways), ros.outputs()
     assert 'RuntimeWarning' not in robot.node.output
     assert robot.drives(True), ros.outputs()
 
