@@ -85,20 +85,21 @@ def _lost(name: str, error: OSError) -> int:
     :param error: what it was; raised again if it was another.
     """
     output = sys.__stdout__.fileno() if sys.__stdout__ is not None else None  # as with >&-
-    if isinstance(error, BrokenPipeError):
-        if output is None or not _has_no_reader(output):
-            raise error
-    elif error.errno == errno.ENOSPC:
-        print(f'{name}: {error}', file=sys.stderr)
-    else:
+    is_unread = isinstance(error, BrokenPipeError) and _has_no_reader(output)
+    if not is_unread and error.errno != errno.ENOSPC:
         raise error
     if output is not None:  # what it still holds would fail again as Python exits
         os.dup2(os.open(os.devnull, os.O_WRONLY), output)
-    return PIPE_CLOSED if isinstance(error, BrokenPipeError) else 1
+    if is_unread:
+        return PIPE_CLOSED
+    print(f'{name}: {error}', file=sys.stderr)
+    return 1
 
 
-def _has_no_reader(output: int) -> bool:
+def _has_no_reader(output: int | None) -> bool:
     """Whether a file descriptor is that of a pipe whose reader has seen enough, such as head."""
+    if output is None:
+        return False
     ends = select.poll()
     ends.register(output, select.POLLOUT)
     return any(state & select.POLLERR for _, state in ends.poll(0))

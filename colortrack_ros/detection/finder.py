@@ -96,8 +96,7 @@ class ColorFinder:
 
         Whoever read one off a pixel got a color of the palette, which no thing may have.
         """
-        missing = [k for k in self._sought if k not in self._found]
-        if missing:
+        if missing := self._missing:
             colors = list(self._colors)
             shown = of_palette([self._given[k] for k in missing], frame)
             for k, color in zip(missing, shown, strict=True):
@@ -117,7 +116,7 @@ class ColorFinder:
         stamp = frame.stamp
         elapsed = (stamp - self._looked) / NANOSECONDS
         due = not (self._pool.size and 0 <= elapsed < LOOK_SECONDS)
-        missing = [k for k in self._sought if k not in self._found]
+        missing = self._missing
         if not self._sought or not (due or missing):
             return False
         frame = plain(frame)
@@ -148,6 +147,11 @@ class ColorFinder:
             if due and not is_seen:
                 has_left |= self._shades[k].leave(now, extent, extent.pixels / FEWEST_LEFT)
         return has_left or before != self._state()
+
+    @property
+    def _missing(self) -> list[int]:
+        """The sought colors that have not been found yet."""
+        return [k for k in self._sought if k not in self._found]
 
     def _state(self) -> list[object]:
         return [(self._found.get(k), self._shades[k].shades) for k in self._sought]
@@ -245,9 +249,8 @@ class ColorFinder:
     @property
     def trouble(self) -> str:
         """Why colors cannot be found, and what to do about it; empty if there is no problem."""
-        absent = [k for k in self._sought if k not in self._found]
         waited = self._looked - (self._first or 0) > ABSENT_SECONDS * NANOSECONDS
-        for k in absent:
+        for k in self._missing:
             name = self._colors[k].name
             if k in self._fills:
                 return (

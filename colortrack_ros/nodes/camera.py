@@ -164,8 +164,8 @@ class CameraNode(ManagedNode[CameraSetup]):
             frame = self._grabber.read()
         except SourceError as error:
             if self._grabber.live:
+                self._recover(error, self._failures)
                 self._failures += 1
-                self._recover(error, self._failures - 1)
             else:
                 self.health.refuse(str(error))
             return True

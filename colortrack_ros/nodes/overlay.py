@@ -121,7 +121,7 @@ class OverlayNode(ManagedNode[OverlaySetup]):
             ends[self.setup.outlines_topic] = self._outlines
         newest = [
             f'{self.resolve_topic_name(topic)} '
-            + (f'at {list(waiting)[-1] / NANOSECONDS:.3f} s' if waiting else 'nothing')
+            + (f'at {next(reversed(waiting)) / NANOSECONDS:.3f} s' if waiting else 'nothing')
             for topic, waiting in ends.items()
         ]
         return (
