@@ -43,11 +43,15 @@ class BoxReader:
 
     :param classes: IDs of the classes to take, in the order of their color index; of others, each
         is told once, and left out. If empty, all are taken, as color 0.
-    :param tell: takes a line for each class that is left out.
+    :param least_score: boxes with a lower one are left out, which is told once.
+    :param tell: takes a line for each class that is left out, and for low scores.
     """
 
-    def __init__(self, classes: Sequence[str], tell: Callable[[str], object]) -> None:
+    def __init__(
+        self, classes: Sequence[str], least_score: float, tell: Callable[[str], object]
+    ) -> None:
         self._colors = {name: color for color, name in enumerate(classes)}
+        self._least, self._has_told_scores = least_score, False
         self._tell = tell
         self._told: set[str] = set()
 
@@ -70,6 +74,9 @@ class BoxReader:
                 if color is None:
                     self._leave_out(name)
                     continue
+                if box[-1] < self._least:
+                    self._leave_out_unlikely()
+                    continue
                 boxes.append(box)
                 colors.append(color)
             reader.end()
@@ -84,6 +91,11 @@ class BoxReader:
         if name not in self._told and len(self._told) < MOST_CLASSES_TOLD:
             self._told.add(name)
             self._tell(f'class {name!r} is left out: expected one of {list(self._colors)}')
+
+    def _leave_out_unlikely(self) -> None:
+        if not self._has_told_scores:
+            self._has_told_scores = True
+            self._tell(f'boxes with scores below {self._least:g} are left out, see min_box_score')
 
 
 def _next_box(reader: Reader) -> tuple[str, Box]:

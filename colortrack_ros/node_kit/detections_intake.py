@@ -38,6 +38,14 @@ class DetectionsConfig(Config):
         'Of boxes: IDs of the classes to take, in the order of their color index, others are left '
         'out; none: all are taken, and not told apart.',
         read_only=True,
+        int_is_text=True,
+    )
+    min_box_score: float = parameter(
+        0.1,
+        'Of boxes: those with a lower score are left out. Of what networks give a score below 0.1, '
+        'at least nine in ten should be nothing; 0 takes all.',
+        limits=(0.0, 1.0),
+        read_only=True,
     )
 
     def check(self) -> None:
@@ -48,15 +56,15 @@ class DetectionsConfig(Config):
     def reader(self, tell: Callable[[str], object]) -> Callable[[bytes], Detections]:
         """Read a message of detections_type; raises MessageError.
 
-        :param tell: takes a line for each class that is left out.
+        :param tell: takes a line for each class that is left out, and for low scores.
         """
         return self.reader_of(self.detections_type, tell)
 
     def reader_of(self, kind: str, tell: Callable[[str], object]) -> Callable[[bytes], Detections]:
         """The same for a message of another type."""
-        return (
-            BoxReader(self.classes, tell).read if kind == BOXES else detections_of_serialized_cloud
-        )
+        if kind == BOXES:
+            return BoxReader(self.classes, self.min_box_score, tell).read
+        return detections_of_serialized_cloud
 
 
 def subscribe_to_detections(

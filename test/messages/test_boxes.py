@@ -18,8 +18,8 @@ RESULTS = st.lists(st.tuples(TEXT, st.floats(0, 1)), max_size=4)
 BOXES = st.lists(st.builds(box, PIXELS, PIXELS, SIZES, SIZES, RESULTS, name=TEXT), max_size=6)
 
 
-def read(boxes, classes=(), tell=pytest.fail, **options):
-    return BoxReader(classes, tell).read(serialized(boxes, **options))
+def read(boxes, classes=(), tell=pytest.fail, least_score=0.0, **options):
+    return BoxReader(classes, least_score, tell).read(serialized(boxes, **options))
 
 
 @given(BOXES, st.integers(0, 2**31 * 10**9 - 1), TEXT, st.booleans())
@@ -42,7 +42,7 @@ def test_boxes_of_a_network_are_read_as_they_were_written(boxes, stamp, frame_id
 def test_a_box_has_its_most_likely_class_and_others_are_left_out_and_told_once():
     told = []
     unsure = box(1.0, 2.0, 9.0, 9.0, [('cup', 0.2), ('ball', 0.7), ('cat', 0.1)])
-    reader = BoxReader(['cup', 'ball'], told.append)
+    reader = BoxReader(['cup', 'ball'], 0.0, told.append)
     boxes = [box(5.0, 5.0, 9.0, 9.0, [('dog', 0.9)]), unsure, box(7.0, 5.0, 9.0, 9.0, [])]
     for _ in range(2):
         rows = reader.read(serialized(boxes)).rows
@@ -54,6 +54,17 @@ def test_a_box_has_its_most_likely_class_and_others_are_left_out_and_told_once()
     ]
 
 
+def test_what_a_network_hardly_believes_is_left_out_and_told_once():
+    told = []
+    reader = BoxReader([], 0.1, told.append)
+    scores = [0.01, 0.8, math.nan, 0.1, 0.099]
+    boxes = [box(10.0 * k, 5.0, 9.0, 9.0, [('cup', score)]) for k, score in enumerate(scores)]
+    for _ in range(2):
+        rows = reader.read(serialized([*boxes, box(90.0, 5.0, 9.0, 9.0, [])])).rows
+        assert rows['u'].tolist() == [10.0, 20.0, 30.0, 90.0]
+    assert told == ['boxes with scores below 0.1 are left out, see min_box_score']
+
+
 def test_a_turned_box_becomes_the_upright_one_around_it():
     rows = read([box(50.0, 60.0, 30.0, 10.0, theta=math.pi / 2)]).rows
     assert (rows['box_w'], rows['box_h'], rows['area']) == pytest.approx((10, 30, 75 * math.pi))
@@ -63,7 +74,7 @@ def test_a_turned_box_becomes_the_upright_one_around_it():
 
 def test_what_is_no_such_message_is_refused_with_a_reason():
     whole = serialized([box(1.0, 2.0, 3.0, 4.0, name='seven')] * 2, 5)
-    reader = BoxReader([], pytest.fail)
+    reader = BoxReader([], 0.0, pytest.fail)
     for size in range(len(whole)):
         with pytest.raises(MessageError, match='not a serialized vision_msgs/msg/Detection2DArray'):
             reader.read(whole[:size])
@@ -85,7 +96,7 @@ BEFORE = {
 def test_more_than_its_bytes_can_hold_are_not_looked_for(of):
     cdr = BEFORE[of] + struct.pack('<I', 2**32 - 1) + bytes(1000)
     with pytest.raises(MessageError, match='4294967295 elements in 1000 bytes: expected at least'):
-        BoxReader([], pytest.fail).read(cdr)
+        BoxReader([], 0.0, pytest.fail).read(cdr)
 
 
 def test_of_a_class_without_end_a_line_is_told():
@@ -117,7 +128,7 @@ def test_the_message_of_vision_msgs_is_read_as_it_was_written():
     one.results = [vision.ObjectHypothesisWithPose(), vision.ObjectHypothesisWithPose()]
     one.results[1].hypothesis.class_id, one.results[1].hypothesis.score = 'ball', 0.5
     message.detections = [one, one]
-    found = BoxReader(['ball'], pytest.fail).read(serialize_message(message))
+    found = BoxReader(['ball'], 0.0, pytest.fail).read(serialize_message(message))
     assert (found.stamp, found.frame_id) == (7 * 10**9, 'front')
     assert found.rows['u'].tolist() == [12.5, 12.5]
     assert found.rows['box_w'].tolist() == [8.0, 8.0]

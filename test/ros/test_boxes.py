@@ -63,6 +63,24 @@ def test_a_bag_of_boxes_is_replayed_by_class(replay, tmp_path):
     assert sorted(found['u'].tolist()) == [100.0, 300.0]
 
 
+def test_how_sure_a_network_has_to_be_is_a_parameter(replay, tmp_path):
+    bag = write_boxes(tmp_path / 'run', '/yolo/detections', {START + k: walk(k) for k in range(9)})
+    status, printed, _ = replay(bag, '-p', 'tracker:min_box_score:=0.85')
+    assert status == 0
+    assert 'detections  18' in printed
+    assert 'boxes with scores below 0.85 are left out' in printed
+
+
+def test_classes_that_are_numbers_need_no_quotes(replay, tmp_path):
+    cups = serialized([box(100.0, 80.0, 20.0, 20.0, [('41', 0.8)])], START)
+    bag = write_boxes(tmp_path / 'run', '/yolo/detections', {START: cups})
+    status, printed, _ = replay(bag, '-p', 'tracker:classes:=[0, 41]')
+    assert status == 0
+    assert 'detections  1' in printed
+    (first, *_) = of_topic('run_tracks', '/detections')
+    assert detections_of_cloud(deserialize_message(first.cdr, PointCloud2)).rows['color'] == [1]
+
+
 def test_a_class_that_is_given_twice_is_refused(replay, tmp_path):
     bag = write_boxes(tmp_path / 'run', '/yolo/detections', {START: walk(0)})
     status, _, told = replay(bag, '-p', 'tracker:classes:=[dog, dog]')
