@@ -63,6 +63,8 @@ def with_values(text: str, kind: str, values: Mapping[str, Any]) -> str:
     :raises ValueError: the text is not a params file, or cannot be edited in place, for example
         because it uses anchors.
     """
+    if '\r\n' in text and text.count('\r\n') == text.count('\n'):  # as editors of Windows write
+        return with_values(text.replace('\r\n', '\n'), kind, values).replace('\n', '\r\n')
     expected = {**given_in(text, kind), **values}
     changed = text
     for name, value in values.items():

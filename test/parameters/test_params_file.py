@@ -75,6 +75,12 @@ def test_only_the_changed_values_change(change, form):
         assert [line for line in lost if not any(part in line for part in parts)] == []
 
 
+@pytest.mark.parametrize('change', CHANGES)
+def test_lines_end_as_windows_ends_them_where_all_do(change):
+    after = with_values(FILE.replace('\n', '\r\n'), 'detector', change)
+    assert after == with_values(FILE, 'detector', change).replace('\n', '\r\n')
+
+
 def test_a_node_that_the_file_has_not_is_added_below():
     after = with_values(
         '# mine\n/**/camera: {ros__parameters: {loop: true}}\n', 'tracker', {'a': 1}
