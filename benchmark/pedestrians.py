@@ -11,6 +11,7 @@ import argparse
 from collections.abc import Iterator
 import configparser
 from importlib.util import find_spec
+import itertools
 from pathlib import Path
 from typing import NamedTuple
 import warnings
@@ -23,12 +24,16 @@ from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.estimation.boxes import overlaps
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 
 FIGURES = ('idf1', 'mota', 'precision', 'num_switches')
 
 PEERS = ('SORTTracker', 'ByteTrackTracker') if find_spec('trackers') else ()
+
+DISTRACTORS = 2, 7, 8, 12
+"""Classes of MOTChallenge that are not judged: riders, who stands still, the like, mirrored."""
 
 OURS: dict[str, dict[str, object]] = {'ours': {}, 'without use_boxes': {'use_boxes': False}}
 
@@ -48,8 +53,11 @@ class Sequence(NamedTuple):
     size: tuple[int, int]
 
     @classmethod
-    def of(cls, folder: Path) -> 'Sequence':
-        """The one in a folder."""
+    def of(cls, folder: Path, *, judged: bool = False) -> 'Sequence':
+        """The one in a folder.
+
+        :param judged: without detections of what MOTChallenge does not judge (Milan et al. 2016).
+        """
         ini = configparser.ConfigParser()
         ini.read(folder / 'seqinfo.ini')
         about = ini['Sequence']
@@ -62,12 +70,29 @@ class Sequence(NamedTuple):
         found = np.loadtxt(path, delimiter=',') if path.exists() else np.zeros((0, 7))
         box, score = found[:, :6], squashed(found[:, 6]) if found.shape[1] > 6 else 1.0
         scored = np.column_stack([box, np.broadcast_to(score, len(box))])
+        if judged and truth.shape[1] == 9:
+            scored = scored[~_on(scored, truth[np.isin(truth[:, 7], DISTRACTORS)], truth[people])]
         return cls(scored, truth[people, :6], about.getfloat('frameRate', 25.0), size)
 
     def frames(self) -> Iterator[tuple[int, np.ndarray]]:
         """Number, and boxes and scores, (N, 5), of each frame."""
         for k in range(1, int(max(self.detections[:, 0].max(), self.truth[:, 0].max())) + 1):
             yield k, self.detections[self.detections[:, 0] == k, 2:]
+
+
+def _on(found: np.ndarray, ones: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """(N,) whether boxes of frames lie on ones, and not on others, by an overlap of a half."""
+    on = np.zeros((2, len(found)), bool)
+    for row, k in itertools.product((0, 1), np.unique(found[:, 0])):
+        true, here = (ones, others)[row], found[:, 0] == k
+        overlap = overlaps(*(_edges(boxes) for boxes in (found[here], true[true[:, 0] == k])))
+        on[row, here] = (overlap >= 0.5).any(axis=1)
+    return np.asarray(on[0] & ~on[1])
+
+
+def _edges(rows: np.ndarray) -> np.ndarray:
+    """(N, 4): left, top, right, bottom of the boxes of detections or truth."""
+    return np.concatenate([rows[:, 2:4], rows[:, 2:4] + rows[:, 4:6] - 1], axis=1)
 
 
 def squashed(score: np.ndarray) -> np.ndarray:
@@ -171,10 +196,14 @@ def main() -> None:
     parser = argparse.ArgumentParser('pedestrians', description=__doc__)
     parser.add_argument('folder', type=Path)
     parser.add_argument(
+        '--judged', action='store_true', help='without detections of what is not judged'
+    )
+    parser.add_argument(
         '--runs', type=int, default=0, help='each without 5 %% of the detections, by chance'
     )
     args = parser.parse_args()
-    whole = [Sequence.of(path.parent) for path in args.folder.glob('*/seqinfo.ini')]
+    folders = [path.parent for path in args.folder.glob('*/seqinfo.ini')]
+    whole = [Sequence.of(folder, judged=args.judged) for folder in folders]
     thin = [[thinned(one, run) for one in whole] for run in range(args.runs)]
     every = [figures(sequences) for sequences in thin or [whole]]
     for name in every[0]:

@@ -220,8 +220,7 @@ class Disappearances:
         :param now: stamp of the last frame [ns].
         :param period: of the frames [s].
         :param detector: asked if something is lost, or seldom measured: probability of detecting a
-            visible object, and whether it finds whole objects, see Adaptation.finds_whole, or shows
-            at once that it estimates boxes, see Overlaps.
+            visible object, and whether it finds whole objects, see Adaptation.finds_whole.
         """
         existence: Floats = records['visible'] + records['hidden']
         doubted = records['state'] == COASTING

@@ -45,17 +45,24 @@ MOST_OVERLAPPING = 8
 class Overlaps:
     """Counts detections that overlap, and objects that share a detection.
 
-    :ivar are_resolved: whether objects in front of each other have detections of their own.
     :ivar find_twice: whether objects are found several times in a frame, see duplicates.
-    :ivar are_estimated: whether boxes are estimates of a network, see see(). It tells of what is
-        lost; how alike the boxes of an object are is known only once they overlap or jitter.
+    :ivar are_estimated: whether boxes are estimates of a network, see see().
     """
 
     def __init__(self) -> None:
-        self.are_resolved = self.find_twice = self.are_estimated = False
+        self._overlap = self.find_twice = self.are_estimated = False
         self._estimates, self._outlines, self._unscored = 0.0, 0.0, UNSCORED
         self._twice, self._found = 0.0, FIRST_ONCE
         self._overlapping, self._merged, self._frame = 0.0, 0.0, 0
+
+    @property
+    def are_resolved(self) -> bool:
+        """Whether objects in front of each other have detections of their own, or none.
+
+        Those of a network have, though few may be seen to overlap: of boxes that do, it suppresses
+        all but the best.
+        """
+        return self.are_estimated or self._overlap
 
     def see(self, rows: NDArray[np.void]) -> None:
         """Count the boxes of detections, (M,) of dtype DETECTION, that state no covariance.
@@ -93,7 +100,7 @@ class Overlaps:
         like = (np.maximum(size, beside) < LIKE_SIDES * np.minimum(size, beside)).all(axis=1)
         self._overlapping = LEFT * self._overlapping + EVERY * np.count_nonzero(like) / 2
         self._merged *= LEFT
-        self.are_resolved = self._overlapping > RESOLVED_SHARE * (
+        self._overlap = self._overlapping > RESOLVED_SHARE * (
             self._overlapping + self._merged + FIRST_MERGED
         )
 

@@ -168,8 +168,8 @@ class Tracker:
         learned, config, population = self._adaptation, self._in_force, self._population
 
         def detector() -> tuple[float, bool]:
-            whole = learned.finds_whole or learned.overlaps.are_estimated
-            return learned.detection_rate.estimate(config.detection_probability), whole
+            rate = learned.detection_rate.estimate(config.detection_probability)
+            return rate, learned.finds_whole
 
         existence = learned.disappearances.existence(
             tracks.records, learned.area, self._clock.now, self._period, detector

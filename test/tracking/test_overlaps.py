@@ -5,6 +5,7 @@ import pytest
 from support.silhouettes import points
 
 from colortrack_ros.data import COASTING
+from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import Detections
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
@@ -50,6 +51,30 @@ def test_other_boxes_are_not(box, color):
 
 def test_a_few_are_not_believed_where_many_merge():
     assert not after(200, OVER, merged=5)
+
+
+def test_boxes_of_a_network_need_not_overlap():
+    overlaps, found = Overlaps(), points([(100, 100), (400, 300)], size=(40.3, 90.6)).rows
+    found['score'] = 0.8
+    overlaps.see(found)
+    assert overlaps.are_resolved
+
+
+@pytest.mark.parametrize('step', [10, 20])
+def test_who_is_covered_is_not_measured_in_the_box_of_whoever_is_in_front(step):
+    """A network finds no two that overlap; in front of somebody, who walks by has a larger box."""
+    tracker = Tracker(TrackerConfig(image_size=(1920, 1080)))
+    for k in range(90):
+        far = np.array([[900.0, 500.0], [1200.0, 540.0], [1500.0, 580.0]])
+        covered = np.abs(far[:, 0] - (200 + step * k)) <= 150
+        near = (300.3, 690.2) if covered.any() else (250.4, 650.6)
+        z = np.append(far[~covered], [[200 + step * k, 600 - 20 * covered.any()]], axis=0)
+        size = [(46.3, 124.6)] * (len(z) - 1) + [near]
+        inside = z[:, 0] < 1900
+        found = points(z[inside], round(k * 1e9 / RATE), size=np.array(size)[inside])
+        found.rows['score'] = 0.8
+        rows = tracker.update(found).rows
+        assert np.count_nonzero(rows['state'] == CONFIRMED) <= len(found.rows)
 
 
 def walkers(noise, count=60):
