@@ -1,6 +1,7 @@
 """Ego motion: motion shared by all objects is the camera's, and carries all tracks along."""
 
 from collections.abc import Sized
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -40,7 +41,8 @@ camera exceeds once in 10,000 frames."""
 
 MOST_ZOOM = 2.0
 """Greatest zoom from frame to frame, in or out. Assumed. Objects within their noise of one point,
-or detections at one, zoom to nothing or to anything, and tell nothing but the shift."""
+or detections at one, zoom to nothing or to anything, and tell nothing but the shift. Nor does a
+zoom whose stamps make it faster than that tell what the camera does until the next frame."""
 
 LEAST_SIGMA = 0.1
 """Least standard deviation of a detection about its prediction [px], for scenes that are exactly
@@ -88,10 +90,15 @@ class EgoMotion(NamedTuple):
         """Return a share of the motion.
 
         In complex numbers, x -> a x + b is a turn and a zoom about b / (1 - a).
+
+        :return: none, if it would zoom by more than MOST_ZOOM: of two frames that came within a
+            nanosecond, by their stamps, no motion lasts until the next one.
         """
         if self is STANDING:
             return self
         a, b = complex(*self.A[:, 0]), complex(*self.shift)
+        if abs(share * math.log(abs(a))) > math.log(MOST_ZOOM):
+            return STANDING
         part = a**share
         b *= share if abs(a - 1) < 1e-9 else (1 - part) / (1 - a)
         A = np.array([[part.real, -part.imag], [part.imag, part.real]])

@@ -146,6 +146,19 @@ def test_a_camera_that_pans_turns_and_zooms_costs_no_id(motions, ego_motion):
     assert names == set(range(1, 11))
 
 
+@pytest.mark.parametrize('ego_motion', ['auto', 'detections'])
+@pytest.mark.parametrize('apart', [1, 1000, 1_000_000])
+def test_pictures_of_a_zoom_that_are_stamped_right_after_each_other_cost_no_id(apart, ego_motion):
+    """Some drivers stamp a picture just after the last one when their clock goes back."""
+    rng, tracker, stamp = np.random.default_rng(0), Tracker(TrackerConfig(ego_motion=ego_motion)), 0
+    crowd_of_20 = crowd(rng, 20)
+    for k in range(60):
+        stamp += apart if k % 20 == 15 else FRAME
+        z = turned(crowd_of_20, 0, 1.01**k, (0, 0)) + rng.normal(0, 0.3, (20, 2))
+        rows = tracker.update(points(z, stamp, 0.09)).rows
+    assert rows['track_id'].tolist() == list(range(1, 21))
+
+
 def shaking(size, frames=150):
     """Return shifts of a camera that a hand moves about for two seconds, drawn anew each frame."""
     shifts = np.random.default_rng(1).uniform(-0.5, 0.5, (frames, 2)) * size
