@@ -13,10 +13,11 @@ class WaitingBoxes:
     :param targets: (N, 4) for the first frame, and for the first one after each restart.
     :ivar refused: number of boxes refused so far: too small, outside the picture, or above the
         limit.
+    :ivar took_named: whether some of those taken last were not only offered.
     """
 
     def __init__(self, targets: ArrayLike = ()) -> None:
-        self.targets, self.refused = targets, 0
+        self.targets, self.refused, self.took_named = targets, 0, False
         self.restart()
 
     def restart(self) -> None:
@@ -40,6 +41,7 @@ class WaitingBoxes:
     def take(self) -> tuple[Floats, Bools]:
         """Remove and return the boxes, (N, 4), and which of them are only offered, (N,)."""
         taken = self._boxes, self._offered
+        self.took_named = not self._offered.all()
         self._boxes, self._offered = taken[0][:0], taken[1][:0]
         return taken
 

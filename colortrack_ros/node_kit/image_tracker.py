@@ -17,6 +17,7 @@ from colortrack_ros.data import Tracks
 from colortrack_ros.flow.pairing import Pair
 from colortrack_ros.flow.stage import Stage
 from colortrack_ros.flow.stage import Worker
+from colortrack_ros.node_kit.diagnostics import ERROR
 from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.intake import configure
 from colortrack_ros.node_kit.intake import IntakeConfig
@@ -69,8 +70,8 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
     """Takes images and publishes one message of tracks and one of markers for each that it
     processes.
 
-    A subclass implements :meth:`make`, and may extend :meth:`facts`, :meth:`make_tracking` and
-    :meth:`apply`.
+    A subclass implements :meth:`make`, and may extend :meth:`facts`, :meth:`trouble`,
+    :meth:`make_tracking` and :meth:`apply`.
 
     :param name: of the node.
     :param config: its parameters.
@@ -117,6 +118,10 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
         """Further values for the diagnostics."""
         return {}
 
+    def trouble(self) -> tuple[str, bytes]:
+        """What is wrong with the last picture, empty if nothing is, and the level of that."""
+        return self.tracker.trouble, ERROR
+
     def make_tracking(self) -> Stage[Pair, Tracks]:
         """The chain for pictures that wait for nothing; it runs in the thread that reads them."""
         return Stage(self._track, self.health.refuse)
@@ -131,7 +136,7 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
         self.health.took_in()
         with self.lock, whole_updates(self.tracker):
             tracks = track_pair(self.tracker, pair)
-        self.health.note(self.tracker.trouble)
+        self.health.note(*self.trouble())
         return tracks
 
     def _publish(self, tracks: Tracks, _: object) -> None:

@@ -8,12 +8,15 @@ from typing import TypeVar
 from numpy.typing import ArrayLike
 from sensor_msgs.msg import PointCloud2
 
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
+from colortrack_ros.encodings import size_of
 from colortrack_ros.estimation.waiting_boxes import WaitingBoxes
 from colortrack_ros.flow.pairing import Pair
 from colortrack_ros.flow.stage import Stage
 from colortrack_ros.flow.stage import Worker
 from colortrack_ros.messages import detections_of_serialized_cloud
+from colortrack_ros.node_kit.diagnostics import WARN
 from colortrack_ros.node_kit.image_tracker import ImageTracker
 from colortrack_ros.node_kit.image_tracker import ImageTrackerNode
 from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
@@ -21,6 +24,10 @@ from colortrack_ros.node_kit.intake import worker_of
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic_name
 from colortrack_ros.parameters import parameter
+
+LONE_PICTURES = 150
+"""How many pictures on end without their detections are told: 5 s at 30 Hz. Assumed: a detector
+that starts along with the camera is there by then."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +77,7 @@ class TargetTrackerNode(ImageTrackerNode[TargetSetup]):
     def configure(self) -> None:
         """Create what every such node has, and subscribe to detections."""
         super().configure()
+        self._alone, self._detected = 0, 'nothing has come'
         if self.setup.detections_topic:
             subscribe_to(
                 self,
@@ -85,6 +93,18 @@ class TargetTrackerNode(ImageTrackerNode[TargetSetup]):
             'refused_targets': lambda: self.tracker.waiting.refused,
             'skipped_pairs': lambda: getattr(self._tracking, 'skipped', 0),
         }
+
+    def trouble(self) -> tuple[str, bytes]:
+        """As of every such node; or that pictures wait in vain, by which all tracks are late."""
+        trouble, level = super().trouble()
+        if trouble or self._alone < LONE_PICTURES:
+            return trouble, level
+        topic = self.resolve_topic_name(self.setup.detections_topic)
+        return (
+            f'pictures wait in vain for detections of their stamps on {topic}: there '
+            f'{self._detected}; so no detection starts a target, and tracks come late',
+            WARN,
+        )
 
     def make_tracking(self) -> Stage[Pair, Tracks]:
         """The chain for pictures; with ``detections_topic`` they wait for their detections."""
@@ -102,6 +122,23 @@ class TargetTrackerNode(ImageTrackerNode[TargetSetup]):
         if isinstance(self._tracking, Worker):
             self._tracking.max_lag = setup.intake.max_lag
 
+    def _track(self, pair: Pair) -> Tracks:
+        waits = self.setup.detections_topic and pair.detections is None
+        self._alone = self._alone + 1 if waits else 0
+        waiting = self.tracker.waiting
+        refused = waiting.refused
+        tracks = super()._track(pair)
+        if waiting.refused > refused and waiting.took_named:
+            height, width = size_of(pair.frame)
+            self.health.refuse(
+                f'{waiting.refused - refused} of the targets: expected boxes whose middle is '
+                f'inside the picture, {width}x{height}, of some size and texture, and no more than '
+                'max_targets'
+            )
+        return tracks
+
     def _take_detections(self, cdr: bytes) -> None:
         if self.active:
-            self._chain.put(detections_of_serialized_cloud(cdr))
+            detections = detections_of_serialized_cloud(cdr)
+            self._detected = f'the last was at {detections.stamp / NANOSECONDS:.3f} s'
+            self._chain.put(detections)

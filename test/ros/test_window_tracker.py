@@ -1,5 +1,6 @@
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
+import pytest
 from rcl_interfaces.msg import Parameter
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.msg import ParameterValue
@@ -107,6 +108,30 @@ def test_detections_start_targets_in_the_picture_that_they_are_of(ros):
         found = tracks_of_cloud(tracks[k]).rows
         assert found['track_id'].tolist() == [1, 2]
         assert near(found, k)
+
+
+@pytest.mark.parametrize('name', ['window_tracker', 'contour_tracker'])
+def test_what_keeps_targets_from_starting_is_told(ros, name):
+    node = ros.start(
+        name, detections_topic='detections', targets='[900.0, 20.0, 30.0, 30.0]', max_lag='60.0'
+    )
+    publisher, tracks, _ = ready(ros)
+    diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
+    message = image(0)
+    for k in range(30 + 150):  # as many wait, and as many on end are told
+        message.header.stamp.nanosec = k * 1_000_000
+        publisher.publish(message)
+        assert ros.spin(lambda k=k: len(tracks) >= k - 29), ros.outputs()
+    assert '1 of the targets: expected boxes whose middle is inside the picture, 320x240' in (
+        node.output
+    )
+    told = 'pictures wait in vain for detections of their stamps on /detections: there nothing has'
+    node.wait_for(told)
+    assert ros.spin(lambda: told in diagnostics[-1].status[0].message), diagnostics[-1]
+    detected = ros.node.create_publisher(PointCloud2, 'detections', 10)
+    assert ros.spin(lambda: detected.get_subscription_count() == 1), ros.outputs()
+    detected.publish(cloud_of_detections(Detections(stamp=START + 179 * 1_000_000)))
+    assert ros.spin(lambda: diagnostics[-1].status[0].message == 'working'), diagnostics[-1]
 
 
 def test_bad_images_and_parameters_are_refused_and_the_node_goes_on(ros):
