@@ -3,6 +3,7 @@ Ctrl-C or a missing package stops it.
 """
 
 from collections.abc import Callable
+from collections.abc import Iterable
 import errno
 from functools import partial
 import importlib
@@ -111,8 +112,7 @@ def _answered(name: str, text: str) -> int | None:
     :param text: what the node does.
     :return: the exit status; None if there are no such arguments, and the node is to run.
     """
-    utilities = importlib.import_module('rclpy.utilities')  # the room with nodes has ROS
-    others = utilities.remove_ros_args(sys.argv)[1:]
+    others = without_ros_arguments(sys.argv[1:])
     if not others:
         return None
     what, how = text.splitlines()[0], f'{name} --ros-args -p NAME:=VALUE --params-file FILE'
@@ -121,6 +121,21 @@ def _answered(name: str, text: str) -> int | None:
         return 0
     print(f'{what}\n{name}: got {others[0]!r}; expected {how} -r FROM:=TO', file=sys.stderr)
     return 2
+
+
+def without_ros_arguments(words: Iterable[str]) -> list[str]:
+    """What is left of a command line for the program itself.
+
+    rclpy's ``remove_ros_args`` also opens the params files, and fails where they cannot be read;
+    that is for the node to tell, once it has looked at them.
+    """
+    others, of_ros = [], False
+    for word in words:
+        if word == '--ros-args' or (of_ros and word == '--'):
+            of_ros = word == '--ros-args'
+        elif not of_ros:
+            others.append(word)
+    return others
 
 
 def _refuse_bytes() -> None:

@@ -148,6 +148,31 @@ def test_a_node_refuses_arguments_that_are_not_of_ros(monkeypatch, capsys, words
     assert f'camera: got {words[0]!r}; expected camera --ros-args -p NAME:=VALUE' in said
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ('words', 'said'),
+    [
+        (['--params-file', 'none.yaml'], 'No such file or directory: none.yaml'),
+        (['--params-file', 'pipe'], 'expected a file, got a folder, a pipe, a socket or a device'),
+        (['--params-file', 'flat.yaml'], 'Cannot have a value before ros__parameters at line 2'),
+        (['--log-level', 'loud'], "Couldn't parse log level: '--log-level loud'"),
+    ],
+)
+def test_ros_arguments_that_cannot_be_read_end_a_node_with_the_reason_in_a_line(
+    tmp_path, words, said
+):
+    (tmp_path / 'flat.yaml').write_text('tracker:\n  max_hidden: 3.0\n')
+    os.mkfifo(tmp_path / 'pipe')
+    command = [sys.executable, '-m', 'colortrack_ros.commands', 'nodes.tracker', '--ros-args']
+    done = subprocess.run(
+        [*command, *words], cwd=tmp_path, stderr=subprocess.PIPE, text=True, timeout=60
+    )
+    assert done.returncode == 1
+    assert 'Traceback' not in done.stderr
+    assert done.stderr.splitlines()[-1].startswith('colortrack_ros: bad ROS arguments: ')
+    assert said in done.stderr
+
+
 def test_a_node_tells_what_it_does(monkeypatch, capsys):
     monkeypatch.setattr('colortrack_ros.nodes.camera.main', lambda: pytest.fail('it runs'))
     monkeypatch.setattr(sys, 'argv', ['camera', '--help'])
