@@ -4,7 +4,9 @@ from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
+import contextlib
 from functools import partial
+import sys
 import threading
 from typing import Any
 from typing import Generic
@@ -15,8 +17,12 @@ from rcl_interfaces.msg import IntegerRange
 from rcl_interfaces.msg import ParameterDescriptor
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.parameter import Parameter
+from yaml import YAMLError
 
+from colortrack_ros.files import MAX_PARAMS_FILE
+from colortrack_ros.files import read_file
 from colortrack_ros.node_kit.guarded import GuardedNode
+from colortrack_ros.node_kit.runtime import params_files
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.parameters import build
 from colortrack_ros.parameters import Config
@@ -25,6 +31,8 @@ from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import ParameterTable
 from colortrack_ros.parameters import Spec
 from colortrack_ros.parameters import USER
+from colortrack_ros.parameters.owners import of_another_namespace
+from colortrack_ros.parameters.owners import owners_in
 
 Setup = TypeVar('Setup', bound=Config)
 Build = Callable[[Mapping[str, Any]], Any]
@@ -95,6 +103,7 @@ class ParameterNode(GuardedNode, Generic[Setup]):
         )
         self.lock = threading.Lock()
         table, make = ParameterTable.of(config), partial(build, config)
+        self._tell_of_other_owners()
         self._leave_to_others(table, [ParameterTable.of(other) for other in beside])
         values = self._declare_checked(table, make)
         self.setup: Setup = make(values)
@@ -118,6 +127,18 @@ class ParameterNode(GuardedNode, Generic[Setup]):
             self._given = {name: value for name, value, _ in parameters}
             return []
         return super().declare_parameters(namespace, parameters, ignore_override)
+
+    def _tell_of_other_owners(self) -> None:
+        """Say so when a params file means this node, but by the name of another namespace."""
+        node = self.get_fully_qualified_name()
+        for path in params_files(sys.argv):
+            with contextlib.suppress(OSError, ValueError, YAMLError):  # rcl has taken it
+                others = of_another_namespace(owners_in(read_file(path, MAX_PARAMS_FILE)), node)
+                if others:
+                    self.get_logger().warning(
+                        f'{path}: has parameters for {", ".join(others)}, but none by the name '
+                        f'{node}; under /**/{self.get_name()} they are for any namespace'
+                    )
 
     def _leave_to_others(self, table: ParameterTable, others: list[ParameterTable]) -> None:
         """Drop parameters of other nodes, which ``-p NAME:=VALUE`` or ``/**`` gives to all

@@ -104,9 +104,13 @@ def refuse_params_files(words: Iterable[str]) -> None:
     :param words: ROS arguments.
     :raises ValueError: one of the files is no regular file, is too large, or cannot be read.
     """
-    for option, path in itertools.pairwise(words):
-        if option == '--params-file':
-            read_file(path, MAX_PARAMS_FILE)
+    for path in params_files(words):
+        read_file(path, MAX_PARAMS_FILE)
+
+
+def params_files(words: Iterable[str]) -> list[str]:
+    """The params files that ROS arguments name."""
+    return [path for option, path in itertools.pairwise(words) if option == '--params-file']
 
 
 def run(

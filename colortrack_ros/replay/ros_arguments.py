@@ -16,12 +16,12 @@ from rclpy.logging import get_logger_level
 from rclpy.logging import LoggingSeverity
 from rclpy.logging import set_logger_level
 from rclpy.node import Node
-import yaml
 
 from colortrack_ros.files import MAX_PARAMS_FILE
 from colortrack_ros.files import read_file
 from colortrack_ros.node_kit.runtime import refuse_params_files
 from colortrack_ros.node_kit.runtime import StartError
+from colortrack_ros.parameters.owners import owners_in
 
 DISCOVERY = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 
@@ -95,17 +95,10 @@ def namespaces_of(files: Iterable[Path], names: Sequence[str]) -> set[str]:
     return {namespace or '/' for namespace, _, name in owners if name in names}
 
 
-def _owners(path: Path) -> Iterator[str]:
+def _owners(path: Path) -> list[str]:
     """The full names, without wildcards, of the nodes in a params file."""
-
-    def walk(name: str, tree: yaml.Node | None) -> Iterator[str]:
-        for key, content in tree.value if isinstance(tree, yaml.MappingNode) else ():
-            if key.value == 'ros__parameters':
-                yield name
-            else:
-                yield from walk(f'{name}/{key.value.strip("/")}', content)
-
-    root = yaml.compose(read_file(path, MAX_PARAMS_FILE), Loader=yaml.SafeLoader)
-    if not isinstance(root, yaml.MappingNode):  # rcl would accept it as a file without parameters
-        raise StartError(f'{path}: expected node names and their ros__parameters')
-    return (name for name in walk('', root) if '*' not in name)
+    try:
+        owners = owners_in(read_file(path, MAX_PARAMS_FILE))
+    except ValueError as error:
+        raise StartError(f'{path}: {error}') from error
+    return [owner for owner in owners if '*' not in owner]

@@ -7,6 +7,9 @@ import sys
 import pytest
 
 from colortrack_ros.node_kit.runtime import StartError
+from colortrack_ros.parameters.owners import is_owner
+from colortrack_ros.parameters.owners import of_another_namespace
+from colortrack_ros.parameters.owners import owners_in
 from colortrack_ros.replay.ros_arguments import AskedNode
 from colortrack_ros.replay.ros_arguments import DISCOVERY
 from colortrack_ros.replay.ros_arguments import namespaces_of
@@ -69,6 +72,15 @@ detector:
     + ''.join(f'    p{k}: {text}\n' for k, text in enumerate(SCALARS)),
 }
 
+OF_ANOTHER = """
+detector:
+  ros__parameters:
+    min_area: 77
+/r2/detector:
+  ros__parameters:
+    min_area: 78
+"""
+
 PROGRAM = """
 import sys
 import rclpy
@@ -89,6 +101,35 @@ def test_a_file_means_what_it_means_to_a_node(tmp_path, name, namespace):
     expected = eval(text, {'inf': float('inf')})
     with ros_context(['--params-file', str(path)]) as context:
         assert AskedNode('detector', namespace, context).given == expected
+
+
+OWNERS = (
+    '/**', '/*', 'detector', '/detector', '/**/detector', '/*/detector', '/ns/*', '/ns/**',
+    '/ns/detector', '/ns/**/detector', '/*/b/detector', '/ns/tracker', '/n',
+)  # fmt: skip
+
+
+@pytest.mark.parametrize('owner', OWNERS)
+def test_nodes_are_meant_by_the_rules_of_rcl(tmp_path, owner):
+    path = tmp_path / 'params.yaml'
+    path.write_text(f'{owner}:\n  ros__parameters:\n    a: 1\n')
+    (read,) = owners_in(path.read_text())
+    with ros_context(['--params-file', str(path)]) as context:
+        for namespace in ('', '/ns', '/ns/b', '/other/b'):
+            given = AskedNode('detector', namespace, context).given
+            assert is_owner(read, f'{namespace}/detector') == (given == {'a': 1}), namespace
+
+
+def test_a_file_for_another_namespace_is_told_by_the_node(ros, tmp_path):
+    path = tmp_path / 'params.yaml'
+    path.write_text('/**:\n  ros__parameters:\n    max_late: 0.1\n' + OF_ANOTHER)
+    owners = owners_in(path.read_text())
+    assert of_another_namespace(owners, '/detector') == []
+    assert of_another_namespace(owners, '/r/tracker') == []
+    assert of_another_namespace(owners, '/r/detector') == ['/detector', '/r2/detector']
+    node = ros.start('detector', '-r', '__ns:=/r', '--params-file', str(path))
+    node.wait_for('has parameters for /detector, /r2/detector, but none by the name /r/detector')
+    node.wait_for('under /**/detector they are for any namespace')
 
 
 def setup_of(*options):
