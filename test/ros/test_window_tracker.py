@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 import pytest
@@ -127,11 +129,28 @@ def test_what_keeps_targets_from_starting_is_told(ros, name):
     )
     told = 'pictures wait in vain for detections of their stamps on /detections: there nothing has'
     node.wait_for(told)
-    assert ros.spin(lambda: told in diagnostics[-1].status[0].message), diagnostics[-1]
+
+    def last() -> str:
+        return diagnostics[-1].status[0].message if diagnostics else ''
+
+    assert ros.spin(lambda: told in last()), last()
     detected = ros.node.create_publisher(PointCloud2, 'detections', 10)
     assert ros.spin(lambda: detected.get_subscription_count() == 1), ros.outputs()
     detected.publish(cloud_of_detections(Detections(stamp=START + 179 * 1_000_000)))
-    assert ros.spin(lambda: diagnostics[-1].status[0].message == 'working'), diagnostics[-1]
+    assert ros.spin(lambda: last() == 'working'), last()
+
+
+def test_pictures_that_lose_their_color_start_the_targets_afresh_and_none_is_left_out(ros):
+    node = ros.start('window_tracker', targets=text(boxes(0)[0]))
+    publisher, tracks, _ = ready(ros)
+    for k, is_gray in enumerate([False] * 3 + [True] * 3 + [False] * 3):
+        picture = SCENE.render(0)
+        frame = Frame(picture[..., 1] if is_gray else picture, 'bgr8', stamp(k), 'cam')
+        publisher.publish(image_of_frame(replace(frame, encoding='mono8') if is_gray else frame))
+        assert ros.spin(lambda k=k: len(tracks) == k + 1), ros.outputs()
+        assert tracks_of_cloud(tracks[k]).rows['track_id'].tolist() == [1 + k // 3]
+    assert 'started afresh: the pictures changed from color to gray' in node.output
+    assert 'fault' not in node.output
 
 
 def test_bad_images_and_parameters_are_refused_and_the_node_goes_on(ros):
