@@ -24,6 +24,7 @@ from colortrack_ros.node_kit.intake import IntakeConfig
 from colortrack_ros.node_kit.intake import receive_images
 from colortrack_ros.node_kit.intake import whole_updates
 from colortrack_ros.node_kit.intake import worker_of
+from colortrack_ros.node_kit.managed import CONFIGURED_AGAIN
 from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.services import offer
@@ -70,8 +71,8 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
     """Takes images and publishes one message of tracks and one of markers for each that it
     processes.
 
-    A subclass implements :meth:`make`, and may extend :meth:`facts`, :meth:`trouble`,
-    :meth:`make_tracking` and :meth:`apply`.
+    A subclass implements :meth:`make`, and may extend :meth:`renew`, :meth:`facts`,
+    :meth:`trouble`, :meth:`make_tracking` and :meth:`apply`.
 
     :param name: of the node.
     :param config: its parameters.
@@ -82,7 +83,10 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
 
     def configure(self) -> None:
         """Create the tracker, publishers, services and subscriptions."""
-        self.tracker = self.make(self.setup)
+        if self.configured_before:
+            self.renew(self.setup)
+        else:
+            self.tracker = self.make(self.setup)
         self.health = Health(
             self,
             str,
@@ -113,6 +117,11 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
     @abstractmethod
     def make(self, setup: Setup) -> ImageTracker:
         """Create the tracker."""
+
+    def renew(self, setup: Setup) -> None:
+        """Let the tracker begin anew, with IDs that nobody knows yet."""
+        self.tracker.configure(setup.config)
+        self.tracker.reset(CONFIGURED_AGAIN)
 
     def facts(self) -> dict[str, Callable[[], object]]:
         """Further values for the diagnostics."""

@@ -16,6 +16,9 @@ from colortrack_ros.parameters import Config
 
 Setup = TypeVar('Setup', bound=NodeSetup)
 
+CONFIGURED_AGAIN = 'the node was configured again'
+"""Why a tracker restarts that a node has kept: others may still know its tracks and markers."""
+
 
 class ManagedNode(LifecycleNodeMixin, ParameterNode[Setup]):
     """A node with the states of https://design.ros2.org/articles/node_lifecycle.html.
@@ -27,6 +30,7 @@ class ManagedNode(LifecycleNodeMixin, ParameterNode[Setup]):
     services, :meth:`release`.
 
     :ivar active: whether it is active.
+    :ivar configured_before: whether it has been configured, and cleaned up since.
     """
 
     def __init__(
@@ -34,7 +38,7 @@ class ManagedNode(LifecycleNodeMixin, ParameterNode[Setup]):
     ) -> None:
         ParameterNode.__init__(self, name, config, beside, **options)
         LifecycleNodeMixin.__init__(self)
-        self.active = self._configured = self._starting = False
+        self.active = self._configured = self._starting = self.configured_before = False
         self._failure = ''
         self._before: set[Any] = set()
         change = self._service_change_state.callback
@@ -79,7 +83,7 @@ class ManagedNode(LifecycleNodeMixin, ParameterNode[Setup]):
                 self.get_logger().error(f'Not configured: {self._failure}')
             self._unmake()
             return TransitionCallbackReturn.FAILURE
-        self._configured = True
+        self._configured = self.configured_before = True
         self.get_logger().info(plan_of(self))
         return TransitionCallbackReturn.SUCCESS
 

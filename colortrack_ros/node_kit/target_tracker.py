@@ -87,6 +87,11 @@ class TargetTrackerNode(ImageTrackerNode[TargetSetup]):
                 self.health.refuse,
             )
 
+    def renew(self, setup: TargetSetup) -> None:
+        """Let the tracker begin anew, with the targets of now."""
+        self.tracker.waiting.targets = setup.targets
+        super().renew(setup)
+
     def facts(self) -> dict[str, Callable[[], object]]:
         """Further values for the diagnostics."""
         return {

@@ -48,6 +48,11 @@ class ContourTrackerNode(TargetTrackerNode[ContourTrackerSetup]):
         """Return a contour tracker."""
         return ContourTracker(setup.config, setup.targets)
 
+    def renew(self, setup: ContourTrackerSetup) -> None:
+        """Let the tracker begin anew, with the background of now."""
+        super().renew(setup)
+        self.tracker.learn_background()
+
     def _learn_background(self, _: Trigger.Request) -> str:
         with self.lock:
             self.tracker.learn_background()

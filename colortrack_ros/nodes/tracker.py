@@ -26,6 +26,7 @@ from colortrack_ros.node_kit.intake import configure
 from colortrack_ros.node_kit.intake import lag_limit
 from colortrack_ros.node_kit.intake import whole_updates
 from colortrack_ros.node_kit.intake import worker_of
+from colortrack_ros.node_kit.managed import CONFIGURED_AGAIN
 from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.runtime import run
@@ -66,7 +67,7 @@ class TrackerNode(ManagedNode[TrackerSetup]):
 
     def __init__(self, *, subscribe: bool = True, **options: Any) -> None:
         super().__init__('tracker', TrackerSetup, **options)
-        self._subscribe = subscribe
+        self._subscribe, self._tracker = subscribe, Tracker(self.setup.config)
         self.stage: Stage[Detections, Tracks] = (
             worker_of(self, self._track, self._refuse, self.setup)
             if subscribe
@@ -78,8 +79,10 @@ class TrackerNode(ManagedNode[TrackerSetup]):
         self.stage.then(self._publish)
 
     def configure(self) -> None:
-        """Create the tracker, publishers, services and subscriptions."""
-        self._tracker = Tracker(self.setup.config)
+        """Create publishers, services and subscriptions."""
+        self._tracker.configure(self.setup.config)
+        if self.configured_before:
+            self._tracker.reset(CONFIGURED_AGAIN)
         self._tracker.screening.refuse = self._refuse
         self._image_size = 0, 0
         self._skipped = self.stage.skipped

@@ -16,8 +16,18 @@ from rcl_interfaces.srv import SetParameters
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool
+from visualization_msgs.msg import Marker
+from visualization_msgs.msg import MarkerArray
+
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.data import Frame
+from colortrack_ros.messages import cloud_of_detections
+from colortrack_ros.messages import image_of_frame
+from colortrack_ros.messages import tracks_of_cloud
 
 SOURCE = 'scene:single?width=320&height=240'
+PICTURES = 'camera/image_raw'
 CHAIN = ('tracker', 'detector', 'camera')
 CONFIGURE, CLEAN_UP = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_CLEANUP
 ACTIVATE, DEACTIVATE = Transition.TRANSITION_ACTIVATE, Transition.TRANSITION_DEACTIVATE
@@ -152,3 +162,34 @@ def test_the_other_nodes_are_brought_up_and_taken_down_twice(ros, name):
     assert change(ros, name, CONFIGURE)
     assert process.stop() == 0, process.output
     assert 'Traceback' not in process.output
+
+
+@pytest.mark.parametrize('name', ['tracker', 'window_tracker', 'contour_tracker'])
+def test_no_id_comes_back_when_a_node_is_configured_again(ros, name):
+    """Others know the tracks and markers of before: a locator, RViz."""
+    image = np.random.default_rng(0).integers(0, 255, (120, 160, 3), np.uint8)
+    rows = np.zeros(1, DETECTION)
+    rows['u'] = rows['v'] = rows['area'] = 50.0
+    options = {'targets': '[40.0, 40.0, 40.0, 40.0]'} if name != 'tracker' else {}
+    ros.start(name, autostart='false', **options)
+    topic, kind = ('detections', PointCloud2) if name == 'tracker' else (PICTURES, Image)
+    publisher = ros.node.create_publisher(kind, topic, 10)
+    tracks, markers = ros.listen(PointCloud2, 'tracks'), ros.listen(MarkerArray, 'tracks/markers')
+    for k in range(2):
+        for transition in (CONFIGURE, ACTIVATE):
+            assert change(ros, name, transition), ros.outputs()
+        assert ros.spin(lambda: publisher.get_subscription_count() == 1), ros.outputs()
+        assert ros.spin(lambda: ros.node.count_publishers('tracks/markers') == 1), ros.outputs()
+        ros.settle()
+        stamp = 10**18 + k * 40_000_000
+        publisher.publish(
+            cloud_of_detections(Detections(rows, stamp))
+            if name == 'tracker'
+            else image_of_frame(Frame(image, stamp=stamp))
+        )
+        assert ros.spin(lambda k=k: len(tracks) == len(markers) == k + 1), ros.outputs()
+        assert tracks_of_cloud(tracks[k]).rows['track_id'].tolist() == [k + 1]
+        for transition in (DEACTIVATE, CLEAN_UP):
+            assert change(ros, name, transition), ros.outputs()
+        assert ros.spin(lambda: publisher.get_subscription_count() == 0), ros.outputs()
+    assert markers[1].markers[0].action == Marker.DELETEALL
