@@ -136,7 +136,11 @@ def _parse(args: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument('--output', type=Path, default=Path('pick_color.png'), help='the picture')
     given = sys.argv if args is None else ['pick_color', *args]
-    return _checked(parser, parser.parse_intermixed_args(remove_ros_args(given)[1:]))
+    try:
+        words = remove_ros_args(given)[1:]
+    except Exception as error:  # rclpy's errors have no common base class
+        parser.error(f'bad ROS arguments: {" ".join(str(error).split())}')
+    return _checked(parser, parser.parse_intermixed_args(words))
 
 
 def _checked(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> argparse.Namespace:

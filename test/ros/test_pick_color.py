@@ -165,6 +165,13 @@ def test_frames_pixels_and_names_that_cannot_be_are_refused(tmp_path, capsys, ar
     assert said in capsys.readouterr().err
 
 
+def test_ros_arguments_that_cannot_be_read_are_told_in_a_line(capsys):
+    with pytest.raises(SystemExit, match='2'):
+        main([SCENE, *center(), '--ros-args', '--params-file', 'none.yaml'])
+    told = "pick_color: error: bad ROS arguments: Failed to parse ROS arguments: Couldn't parse"
+    assert told in capsys.readouterr().err.splitlines()[-1]
+
+
 def test_a_topic_is_read(ros, tmp_path):
     ros.start('camera', source=SCENE, loop='true')
     assert ros.spin(lambda: ros.node.count_publishers('camera/image_raw') == 1), ros.outputs()
