@@ -14,6 +14,7 @@ from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.displaced import is_displaced
 from colortrack_ros.contours.scene_change import SceneChange
 from colortrack_ros.contours.shadows import without_shadows
+from colortrack_ros.contours.steady import Steady
 from colortrack_ros.contours.unknown import goes_on
 from colortrack_ros.contours.usual import UsualArea
 from colortrack_ros.contours.weak import with_weak
@@ -74,7 +75,6 @@ class Foreground:
 
     :ivar is_new: whether another scene starts with this frame.
     :ivar is_seen: whether this frame was compared with a background that is not covered.
-    :ivar usual: how large things usually are.
     :ivar trouble: why there have been no areas for long, empty if there were.
     :ivar is_busy: whether this frame, and not the last one, updated the background, so that other
         work that takes time can wait for the next one.
@@ -85,6 +85,7 @@ class Foreground:
         self._change, self.is_new = SceneChange(), False
         self.is_seen = False
         self._looked = self.is_busy = False
+        self._steady = Steady()
         self.configure(config)
         self.restart()
 
@@ -110,7 +111,7 @@ class Foreground:
         self._earlier: list[Frame] = []
         self._change.restart()
         self.trouble, self._saw = '', -1
-        self._clutter, self.usual = np.zeros((0, 0), np.float32), UsualArea()
+        self._clutter, self._usual = np.zeros((0, 0), np.float32), UsualArea()
 
     @property
     def is_learning(self) -> bool:
@@ -125,7 +126,11 @@ class Foreground:
         unknown = self._background.unknown() if self.is_seen else None
         if unknown is None:
             return np.zeros(len(box), bool)
-        return goes_on(box, unknown) & (age <= self._background.seconds)
+        return goes_on(self._steady.back(box), unknown) & (age <= self._background.seconds)
+
+    def usual_area(self, box: Floats) -> Floats:
+        """Return the usual area at the places of boxes, (N, 4) [px]; see UsualArea.at."""
+        return self._usual.at(self._steady.back(box))
 
     def areas(self, frame: Frame, known: Floats) -> Areas | None:
         """Return the areas that differ, or None if too much does since the camera moves.
@@ -134,7 +139,12 @@ class Foreground:
 
         :param known: see find_areas.
         """
-        areas = self._find(frame, known)
+        picture = self._shown = channels_of(frame)
+        if self._config.start == 'background':
+            frame = self._steady.steadied(frame, self._background, known)
+        areas = self._find(frame, self._steady.back(known))
+        if areas is not None:
+            areas = self._steady.along(areas, picture)
         if self._saw < 0 or not self._is_blind(areas):
             self._saw = frame.stamp
         self.trouble = BLIND if frame.stamp - self._saw > BLIND_SECONDS * NANOSECONDS else ''
@@ -157,7 +167,7 @@ class Foreground:
         elif self._is_covered(frame, known):
             return None
         else:
-            self._mask = self._subtract(frame)
+            self._mask = self._steady.seen(self._subtract(frame))
         if self._clutter.shape != self._mask.shape:
             self._clutter = np.zeros(self._mask.shape, np.float32)
         unknown = self._mask.copy()
@@ -194,6 +204,7 @@ class Foreground:
         """
         if not self._mask.size:
             return
+        own = self._steady.back(own)
         usual, share = self._clutter.copy(), min(seconds / CLUTTER_SECONDS, 1.0)
         cv2.accumulateWeighted(self._mask // 255, self._clutter, share)
         moving = own[records['state'] != TENTATIVE]
@@ -201,7 +212,7 @@ class Foreground:
             part = np.s_[top : bottom + 1, left : right + 1]
             self._clutter[part] = usual[part]
         whole = (records['state'] == CONFIRMED) & records['single'] & ~records['piece']
-        self.usual.learn(own[whole], self._mask.shape, seconds)
+        self._usual.learn(own[whole], self._mask.shape, seconds)
 
     def _subtract(self, frame: Frame) -> Mask:
         """Return what differs from the background, and learn the background from the frame."""
@@ -251,9 +262,10 @@ class Foreground:
             return is_covered
         nothing = LabelImage(np.zeros(picture.shape[:2], np.uint8), picture.shape[1])
         learn_seconds = self._config.learn_seconds
-        self._next.follow(picture, frame.stamp, find_blobs(nothing, 1), learn_seconds)
+        self._next.follow(self._shown, frame.stamp, find_blobs(nothing, 1), learn_seconds)
         if self._change.seconds >= SETTLED_SECONDS:
             self._background, self._next = self._next, self._background
+            self._steady.restart()
             self.is_new = True
             self.configure(self._config)
             self.restart()

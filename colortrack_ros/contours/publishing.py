@@ -96,7 +96,7 @@ def _are_parts(records: Records, outlines: Floats, foreground: Foreground, now: 
     own = boxes(outlines)
     part = records['piece'] | (own[:, 3] - own[:, 1] < LEAST_HEIGHT * records['high'])
     part |= foreground.goes_on(own, (now - records['born']) / NANOSECONDS)
-    there = foreground.usual.at(own)
+    there = foreground.usual_area(own)
     gone = outlines.mean(axis=1) - records['first_at'].mean(axis=1)[:, ::-1]
     stays = np.hypot(*gone.T) < GONE_SIDES * np.sqrt(there)
     return np.asarray(part | stays & (extents(own) < AREA_SHARE * there))
