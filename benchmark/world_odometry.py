@@ -22,6 +22,7 @@ from world_scene import config_of
 from world_scene import HERE
 from world_scene import measure
 from world_scene import truths
+from world_scene import ways
 from wrong_odometry import dies
 from wrong_odometry import flat
 
@@ -129,13 +130,15 @@ def run(balls, way, fault, seed, method='ground', wheels=0.0):
     poses = list(driven(v, w))
     lines, when = [], np.inf
     locator, rows = Locator(config, lines.append), np.zeros(4)
-    for k, (base, told) in enumerate(zip(poses, FAULTS[fault](poses, v, w), strict=True)):
+    told_poses = FAULTS[fault](poses, v, w)
+    odometry = zip(told_poses, ways(told_poses, SCENE.rate), strict=True)
+    for k, (base, (told, moves)) in enumerate(zip(poses, odometry, strict=True)):
         truth[:, :3] += (k > 0) * SCENE.dt * truth[:, 3:6]
         there = View(SCENE.camera, base, SCENE.mount)
         measured, seen = measure(there, truth, kinds, 'fused', motion, rng)
         # noise puts none outside of the picture
         seen &= (np.abs(measured.z[:, :2] - MIDDLE) < MIDDLE - 1).all(axis=1)
-        view = View(SCENE.camera, told, SCENE.mount)
+        view = View(SCENE.camera, told, SCENE.mount, moves)
         shown = as_seen(measured.z, seen, config, round((k + 1) * 1e9 * SCENE.dt))
         found = locator.update(*shown, view).rows
         when = min(when, k * SCENE.dt) if lines else when

@@ -14,6 +14,7 @@ from colortrack_ros.world.camera import CameraModel
 from colortrack_ros.world.config import Kind
 from colortrack_ros.world.config import KindConfig
 from colortrack_ros.world.config import LocatorConfig
+from colortrack_ros.world.course import way_at
 from colortrack_ros.world.measurement import BLOB
 from colortrack_ros.world.measurement import DEPTH
 from colortrack_ros.world.measurement import expected
@@ -21,6 +22,7 @@ from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.measurement import PLANE
 from colortrack_ros.world.measurement import PLANE_SIGMA
 from colortrack_ros.world.poses import Pose
+from colortrack_ros.world.poses import PoseBuffer
 from colortrack_ros.world.settling import settle
 from colortrack_ros.world.state import BIASES
 from colortrack_ros.world.state import GRAVITY
@@ -125,6 +127,26 @@ def bases(scene, drives):
         if drives:
             yaw += dt * np.radians(60) * np.sin(2 * np.pi * k * dt / 3)
             x, y = x + 0.5 * dt * np.cos(yaw), y + 0.5 * dt * np.sin(yaw)
+
+
+def came(poses, rate):
+    """Where the robot was in the second before its poses: it came as it drives on."""
+    return [Pose(2 * poses[0].t - poses[k].t, poses[k + 1].R) for k in range(round(rate), 0, -1)]
+
+
+def buffered(poses, rate):
+    """A buffer with poses at a rate, and their stamps."""
+    buffer = PoseBuffer('odom', 'base_link')
+    stamps = [round((k + 1) * NANOSECONDS / rate) for k in range(len(poses))]
+    for stamp, pose in zip(stamps, poses, strict=True):
+        buffer.add(stamp, pose)
+    return buffer, stamps
+
+
+def ways(poses, rate):
+    """How the robot moves at each of its poses, as a node reads it; at first that is not known."""
+    buffer, stamps = buffered(poses, rate)
+    return [way_at(buffer.at, *each) for each in zip(stamps, poses, strict=True)]
 
 
 def measure(view, truth, kinds, method, motion, rng):

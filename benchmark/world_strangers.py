@@ -13,16 +13,20 @@ import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
 from dataclasses import field
+from itertools import accumulate
 
 import numpy as np
 from scipy.special import chdtri
 from world_scene import as_seen
 from world_scene import bases
+from world_scene import buffered
+from world_scene import came
 from world_scene import CAMERA
 from world_scene import measure
 from world_scene import PITCH
 from world_scene import Scene
 from world_scene import SETTLED
+from world_scene import ways
 
 from colortrack_ros.world import Locator
 from colortrack_ros.world import LocatorConfig
@@ -51,11 +55,21 @@ def same(poses, rate, rng):
 def at_5_hz(poses, rate, rng):
     """Known five times a second; between them as the node reads them."""
     buffer, step = PoseBuffer('odom', 'base_link'), round(rate / 5)
-    # so it has come here: the way swings alike before and after its middle
-    buffer.add(round((-step + rate) * 1e9 / rate), Pose(-poses[step].t, poses[step].R))
     for k in (*range(0, len(poses), step), len(poses) - 1):
         buffer.add(round((k + rate) * 1e9 / rate), poses[k])
     return [buffer.at(round((k + rate) * 1e9 / rate)) for k in range(len(poses))]
+
+
+def old(by):
+    """Its stamps are late by so much [s], or, if that is negative, early."""
+
+    def told(poses, rate, rng):
+        step = poses[-2].inverse() @ poses[-1]
+        ahead = list(accumulate([step] * round(rate), Pose.__matmul__, initial=poses[-1]))
+        buffer, stamps = buffered([*poses, *ahead[1:]], rate)
+        return [buffer.at(max(s - round(by * 1e9), stamps[0])) for s in stamps[: len(poses)]]
+
+    return told
 
 
 def stays(poses, rate, rng):
@@ -128,6 +142,10 @@ ROBOTS = {
     ),
     'odometry at 5 Hz': Robot(odometry=at_5_hz),
     'odometry at 5 Hz, told': Robot(odometry=at_5_hz, rate_told={'odometry_sigma': (0.02, 0.02)}),
+    'odometry 50 ms old': Robot(odometry=old(0.05)),
+    'odometry 50 ms ahead': Robot(odometry=old(-0.05)),
+    'odometry 100 ms old': Robot(odometry=old(0.1)),
+    'odometry 100 ms ahead': Robot(odometry=old(-0.1)),
     'UTM': Robot(moves=far_away),
     'stamps from 0 on': Robot(start=0),
     'three diameters, a color each': Robot(diameters=(0.07, 0.2, 0.4)),
@@ -204,12 +222,14 @@ def once(robot, method, seed, count=6):
     truth = placed(robot, kinds, colors, errors, rng, count)
     way = list(bases(scene, True))
     real = robot.moves(way, scene.rate, rng)
-    told_poses = robot.odometry(real, scene.rate, rng)
+    before = came(real, scene.rate)
+    told_poses = robot.odometry(before + real, scene.rate, rng)
+    odometry = list(zip(told_poses, ways(told_poses, scene.rate), strict=True))
     if robot.moves is far_away:
         truth[:, :2] += real[0].t[:2]
     middle, lines, rows = truth[:, :2].mean(axis=0), [], []
     locator = Locator(config, lines.append)
-    for k, (base, told) in enumerate(zip(real, told_poses, strict=True)):
+    for k, (base, told) in enumerate(zip(real, odometry[len(before) :], strict=True)):
         if k:
             roll(truth, scene.dt, robot.walls, middle, rng)
         there = View(scene.camera, base, scene.mount)
@@ -220,7 +240,8 @@ def once(robot, method, seed, count=6):
         tracks.rows['color'], detections.rows['color'] = colors, colors[seen]
         if not kinds.diameter.any():
             as_cones(tracks.rows, detections.rows, seen)
-        found = locator.update(tracks, detections, View(scene.camera, told, scene.mount)).rows
+        view = View(scene.camera, told[0], scene.mount, told[1])
+        found = locator.update(tracks, detections, view).rows
         of = found['track_id'] - 1
         scores = scored(found, truth[of, :3], there.optical.t)
         since = np.full(len(of), k * scene.dt)

@@ -2,16 +2,19 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from rclpy.node import Node
 from rclpy.time import Time
 
+from colortrack_ros.data import Floats
 from colortrack_ros.node_kit.odometry import OdometryConfig
 from colortrack_ros.node_kit.odometry import receive_odometry
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.node_kit.transform_intake import TransformIntake
 from colortrack_ros.parameters import parameter
+from colortrack_ros.world.course import way_at
 from colortrack_ros.world.poses import NO_ROBOT
 from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.poses import Pose
@@ -55,15 +58,16 @@ class CameraPoses:
         self.config = config
         """A changed camera_pose applies from now on."""
 
-    def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
-        """Return the poses of the robot in the fixed frame and of the camera body on the robot.
+    def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose, Floats | None]:
+        """Return the poses of the robot in the fixed frame and of the camera body on the robot, and
+        how the robot moves; see View.
 
         :param stamp: [ns].
         :param frame_id: of the picture.
         :raises TransformError: the pose is unknown.
         """
         place = self.config.camera_pose
-        return NO_ROBOT, Pose.of_rpy(place[:3], place[3:])
+        return NO_ROBOT, Pose.of_rpy(place[:3], place[3:]), None
 
 
 class OdometryPoses(CameraPoses):
@@ -79,9 +83,10 @@ class OdometryPoses(CameraPoses):
         super().__init__(config)
         self._poses = receive_odometry(node, config, refuse, came)
 
-    def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
+    def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose, Floats | None]:
         """See CameraPoses."""
-        return self._poses.at(stamp), super().at(stamp, frame_id)[1]
+        base = self._poses.at(stamp)
+        return base, super().at(stamp, frame_id)[1], way_at(self._poses.at, stamp, base)
 
 
 class TfPoses(CameraPoses):
@@ -107,16 +112,17 @@ class TfPoses(CameraPoses):
         self._intake = TransformIntake(self._buffer, refuse)
         self._listener = tf2_ros.TransformListener(self._intake, node)
 
-    def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
+    def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose, Floats | None]:
         """See CameraPoses."""
         config = self.config
         optical = config.camera_frame or frame_id
         of_robot, of_camera = 'fixed_frame from base_frame', 'base_frame from camera_frame'
         if not config.camera_frame:
             of_camera += ', which is empty, so from that of the pictures'
-        base = self._lookup(of_robot, config.fixed_frame, config.base_frame, stamp)
+        robot = partial(self._lookup, of_robot, config.fixed_frame, config.base_frame)
+        base = robot(stamp)
         mount = self._lookup(of_camera, config.base_frame, optical, stamp)
-        return base, mount @ OPTICAL.inverse()
+        return base, mount @ OPTICAL.inverse(), way_at(robot, stamp, base)
 
     def _lookup(self, what: str, parent: str, child: str, stamp: int) -> Pose:
         if line := self._intake.rival(child, parent):

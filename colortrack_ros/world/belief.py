@@ -119,7 +119,7 @@ class Belief(Columns):
         return mean, cov
 
     def combined_errors(self) -> tuple[Floats, Floats]:
-        """Return the camera errors of each robot, (R, 8 C), and their covariance, (R, 8 C, 8 C)."""
+        """Return the camera errors of each robot, (R, 9 C), and their covariance, (R, 9 C, 9 C)."""
         mean, cov = (_parted(a, len(self.log_weight)) for a in (self.errors.mean, self.errors.cov))
         return mixture(np.exp(self.log_weight), mean, cov)
 

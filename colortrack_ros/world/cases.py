@@ -54,7 +54,7 @@ def weighed(log_weight: Floats, likely: Floats) -> Floats:
 def is_low(view: View, kinds: Kinds, ground: float, cov: Floats) -> bool:
     """Whether the camera is so little above objects that its height bends their ranges.
 
-    :param cov: (8 C, 8 C) of the camera errors.
+    :param cov: (9 C, 9 C) of the camera errors.
     """
     above = np.abs(view.optical.t[2] - ground - kinds.height[kinds.bound])
     return bool((above * LOW < np.sqrt(cov[LIFT, LIFT])).any())

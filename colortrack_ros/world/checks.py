@@ -15,14 +15,12 @@ from colortrack_ros.world.matching import HIDDEN
 from colortrack_ros.world.matching import round_blobs
 from colortrack_ros.world.matching import seen_sizes
 from colortrack_ros.world.measurement import BLOB
-from colortrack_ros.world.measurement import expected
+from colortrack_ros.world.measurement import predicted
 from colortrack_ros.world.objects import Objects
 from colortrack_ros.world.state import CameraErrors
-from colortrack_ros.world.state import columns_of
 from colortrack_ros.world.state import HEIGHT
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import Motions
-from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.view import LOWEST
 from colortrack_ros.world.view import View
@@ -261,17 +259,13 @@ def blobs_of(
 ) -> tuple[Floats, Floats, Floats]:
     """Return the expected blob diameters of N objects at the estimated camera errors, (N,) [px].
 
-    :return: them, their derivative by the errors, (N, 8 C), and their variance if the errors were
+    :return: them, their derivative by the errors, (N, 9 C), and their variance if the errors were
         as estimated, (N,) [px^2].
     """
     mean, _ = motion.combined(errors)
-    of = columns_of(camera)[OF_OBJECT:] - OF_OBJECT
-    known = np.repeat(errors.mean[:, of], len(mean) // len(errors.mean), axis=0)
-    state = np.concatenate([mean, known], axis=1)
-    z, H = expected(view, state, kinds.diameter, kinds.height + ground)
-    h, p = H[:, BLOB], motion.probability[:, :, None, None]
-    of_object = h[:, None, :OF_OBJECT]
-    slope = (of_object @ (p * motion.slope).sum(axis=1))[:, 0]
-    slope[:, of] += h[:, OF_OBJECT:]
+    known = np.repeat(errors.mean, len(mean) // len(errors.mean), axis=0)
+    H, rest = predicted(view, mean, known, kinds, ground, camera)
+    of_object, p = H[:, BLOB, None], motion.probability[:, :, None, None]
+    slope = (of_object @ (p * motion.slope).sum(axis=1))[:, 0] + rest[:, BLOB, :-1]
     own = (of_object @ (p * motion.cov).sum(axis=1) @ of_object.swapaxes(1, 2))[:, 0, 0]
-    return z[:, BLOB], slope, own
+    return rest[:, BLOB, -1], slope, own

@@ -75,8 +75,8 @@ class Updated:
 
     :ivar states: the updated states if the camera errors stay as estimated.
     :ivar nis: (N,) normalized innovation squared of the best-fitting hypothesis.
-    :ivar information: (N, 8 C, 8 C) of the measurement about the camera errors.
-    :ivar vector: (N, 8 C) information times the correction.
+    :ivar information: (N, 9 C, 9 C) of the measurement about the camera errors.
+    :ivar vector: (N, 9 C) information times the correction.
     :ivar p: (N, 2) prior probabilities of the hypotheses.
     :ivar off: (N, 2, M) innovations; S: (N, 2, M, M) their covariances.
     :ivar shown: (N, 2) share of the pitch's effect that cases are told by; see `likelihoods`.
@@ -197,7 +197,7 @@ def _learned(counted: Floats, G: Floats, e: Floats) -> tuple[Floats, Floats]:
     """Return information and vector of Updated, summed over both hypotheses.
 
     :param counted: (N, 2) weight of each hypothesis.
-    :param G: (N, 2, M, 8 C) derivative of the whitened innovations by the camera errors, as far as
+    :param G: (N, 2, M, 9 C) derivative of the whitened innovations by the camera errors, as far as
         it is observable; e: (N, 2, M) whitened innovations.
     """
     weighed = (counted[:, :, None, None] * G).swapaxes(-1, -2)
@@ -206,9 +206,9 @@ def _learned(counted: Floats, G: Floats, e: Floats) -> tuple[Floats, Floats]:
 
 
 def _told(G: Floats, direct: Floats, S: Floats) -> Floats:
-    """Return the observable share of each camera error, (N, 2, 1, 8 C).
+    """Return the observable share of each camera error, (N, 2, 1, 9 C).
 
-    :param G: (N, 2, M, 8 C) derivative of the innovations by the errors; direct: with states fixed.
+    :param G: (N, 2, M, 9 C) derivative of the innovations by the errors; direct: with states fixed.
     """
     count = S.shape[-1]
     over = 1 / S.reshape(*S.shape[:2], 1, count * count)[..., :: count + 1]
@@ -222,8 +222,8 @@ def _weigh(
 ) -> Floats:
     """Weigh the hypotheses by innovations, in place; return the least NIS of each object, (N,).
 
-    :param P: (N, 8 C, 8 C) covariance of the camera errors.
-    :param G: (N, 2, M, 8 C) derivative of the innovations by the camera errors, whitened as if
+    :param P: (N, 9 C, 9 C) covariance of the camera errors.
+    :param G: (N, 2, M, 9 C) derivative of the innovations by the camera errors, whitened as if
         these were known.
     :param volume: (N, 2) log determinant of the whitening matrix; e: (N, 2, M) innovations.
     :param falls: (N,) objects of which only throws have a least probability; see LATE.

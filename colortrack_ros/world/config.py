@@ -176,6 +176,14 @@ class LocatorConfig(Config):
         limits=(0.0, 1.0),
         audience=EXPERT,
     )
+    stamp_sigma: float = parameter(
+        0.001,
+        'Standard deviation of the constant time by which stamps of pictures and those of odometry '
+        'are apart; if they are farther, it becomes 0.05 s, and that is reported. 0: not at all.',
+        unit='s',
+        limits=(0.0, 1.0),
+        audience=EXPERT,
+    )
     max_range: float = parameter(
         20.0, 'Objects farther away are not located.', unit='m', limits=(0.1, 1e4)
     )

@@ -16,6 +16,7 @@ from colortrack_ros.world.checks import BlobSizes
 from colortrack_ros.world.state import columns_of
 from colortrack_ros.world.state import OF_CAMERA
 from colortrack_ros.world.state import OF_OBJECT
+from colortrack_ros.world.state import time_of
 
 ONE_IN = 1e6
 """One in so many right setups is reported as wrong, as with OUT_OF_PLACE."""
@@ -29,7 +30,7 @@ NAMES = (
     *(('x', 'm', 1.0), ('y', 'm', 1.0), ('z', 'm', 1.0)),
     *((name, 'degrees', 180 / np.pi) for name in ('roll', 'pitch', 'yaw')),
     *(('edge of blobs', 'px', 1.0), ('scale of depths', '', 1.0)),
-    ('scale of ways by odometry', '%', 100.0),
+    *(('stamp of pictures', 's', 1.0), ('scale of ways by odometry', '%', 100.0)),
 )
 """Names and units of the errors of a camera and of ways, and units per meter, radian or 1."""
 
@@ -41,7 +42,8 @@ def inconsistency(belief: Belief, camera: int, sizes: BlobSizes, reported: bool 
     :param reported: whether there was one, and it is to be seen whether there still is, or sizes
         have spoken against the setup before.
     """
-    own = columns_of(camera)[OF_OBJECT:] - OF_OBJECT
+    count = len(belief.errors.first)
+    own = np.append(columns_of(camera)[OF_OBJECT:] - OF_OBJECT, time_of(camera, count))
     if belief.errors.scaled:
         own = np.append(own, -1)
     mean, cov = belief.combined_errors()

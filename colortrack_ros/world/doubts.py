@@ -37,7 +37,12 @@ class Doubts:
     def __init__(self, config: LocatorConfig, cameras: int, suspect: bool) -> None:
         self._config, self._suspect = config, suspect
         self._mistakes = [
-            Mistakes(config.camera_pose_sigma, config.odometry_sigma, config.way_sigma)
+            Mistakes(
+                config.camera_pose_sigma,
+                config.odometry_sigma,
+                config.way_sigma,
+                config.stamp_sigma,
+            )
             for _ in range(cameras)
         ]
         self._pictures = self._stamp = 0

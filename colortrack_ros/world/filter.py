@@ -243,10 +243,10 @@ def _corrected(
 ) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
     """Return the camera errors after an update that was linearized at changed errors.
 
-    :param P: (G, 8 C, 8 C) covariance before the update.
-    :param change: (G, 8 C) change of the mean at which the step is linearized.
-    :return: the covariance, the further change of the mean, and the information, (G, 8 C, 8 C), and
-        vector, (G, 8 C), of accepted measurements; see Updated.
+    :param P: (G, 9 C, 9 C) covariance before the update.
+    :param change: (G, 9 C) change of the mean at which the step is linearized.
+    :return: the covariance, the further change of the mean, and the information, (G, 9 C, 9 C), and
+        vector, (G, 9 C), of accepted measurements; see Updated.
     """
     robot, count = robot[right], len(P)
     information = summed(step.information[right], robot, count)
@@ -273,7 +273,7 @@ def _likelihood(
 ) -> Floats:
     """Return the log likelihood of measurements, (G,); parameters as for :func:`_corrected`.
 
-    :param change: (G, 8 C) total change of the errors, including the further one.
+    :param change: (G, 9 C) total change of the errors, including the further one.
     :param told: information and vector, as returned by :func:`_corrected`.
     """
     (information, vector), (each, volume) = told, step.likelihoods(of)

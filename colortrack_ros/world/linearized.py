@@ -1,6 +1,7 @@
 """One linearized update of objects, conditional on the camera errors."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -9,11 +10,10 @@ from colortrack_ros.data import Columns
 from colortrack_ros.data import Floats
 from colortrack_ros.world.inverse_depth import to_points
 from colortrack_ros.world.measurement import BLOB
-from colortrack_ros.world.measurement import expected
 from colortrack_ros.world.measurement import Measured
+from colortrack_ros.world.measurement import predicted
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import Motions
-from colortrack_ros.world.state import OF_CAMERA
 from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.view import View
@@ -29,13 +29,13 @@ class Linearized(Columns):
     """States of N objects, updated by M measurements that are linearized at one point each.
 
     :ivar H: (N, M, 8) derivative of the measurements by the state.
-    :ivar direct: (N, M, 8 C) their derivative by the camera errors, with states fixed.
+    :ivar direct: (N, M, 9 C) their derivative by the camera errors, with states fixed.
     :ivar visible: (N,) whether the camera sees the object at that point.
-    :ivar G: (N, 2, M, 8 C) derivative of the innovations by the camera errors.
+    :ivar G: (N, 2, M, 9 C) derivative of the innovations by the camera errors.
     :ivar off: (N, 2, M) predicted minus measured values.
     :ivar S: (N, 2, M, M) covariance of the innovations; W: its whitening matrix, of the same shape;
         volume: (N, 2) its log determinant.
-    :ivar seen: (N, 2, M, 8 + 8 C + 1) whitened: the cross-covariance with the states, G, and the
+    :ivar seen: (N, 2, M, 8 + 9 C + 1) whitened: the cross-covariance with the states, G, and the
         innovations with opposite sign.
     :ivar gain: (N, 2, 8, M) of whitened innovations.
     :ivar ahead: (N, 8) mean of the updated states.
@@ -59,7 +59,7 @@ class Linearized(Columns):
 class Prior(Columns):
     """States of N objects in inverse depth, and what is measured of them.
 
-    :ivar known: (N, 8 C) estimated camera errors; P: (N, 8 C, 8 C) their covariance.
+    :ivar known: (N, 9 C) estimated camera errors; P: (N, 9 C, 9 C) their covariance.
     :ivar ground: its height in the fixed frame [m].
     :ivar rows: the M measured rows.
     """
@@ -74,7 +74,7 @@ class Prior(Columns):
     camera: int
     rows: list[int]
 
-    @property
+    @cached_property
     def some(self) -> list[int] | slice:
         """These rows, as a slice where they are the first ones."""
         count = len(self.rows)
@@ -83,7 +83,8 @@ class Prior(Columns):
     @property
     def R(self) -> Floats:
         """Covariance of the measurements, (N, 1, M, M)."""
-        return self.measured.R[:, None, self.some][..., self.some]
+        some = self.some
+        return self.measured.R[:, None, some][..., some]
 
     def updated(self, at: Floats) -> Linearized:
         """Return the update by measurements that are linearized at these states, (N, 8)."""
@@ -110,26 +111,21 @@ class Prior(Columns):
 
     def _linearized(self, at: Floats) -> tuple[Floats, Floats, Bools]:
         """Return the derivative of the measurements by the states, (N, M, 8), the one by the camera
-        errors beside predicted minus measured values, (N, M, 8 C + 1), and what is visible, (N,).
+        errors beside predicted minus measured values, (N, M, 9 C + 1), and what is visible, (N,).
         """
-        rows, of = self.rows, slice(OF_CAMERA * self.camera, OF_CAMERA * (self.camera + 1))
-        state = np.concatenate([at, self.known[:, of]], axis=1)
+        state = at.copy()
         state[:, POSITION], J = to_points(self.view.optical, at[:, POSITION])
-        plane = self.ground + self.kinds.height
-        z, H = expected(self.view, state, self.kinds.diameter, plane, BLOB in rows)
-        H[:, :, POSITION] = H[:, :, POSITION] @ J
-        some = self.some
-        off, H, unused = (
-            z[:, some] - self.measured.z[:, some],
-            H[:, some],
-            ~self.measured.used[:, some],
+        H, rest = predicted(
+            self.view, state, self.known, self.kinds, self.ground, self.camera, BLOB in self.rows
         )
-        visible = np.asarray(np.isfinite(off).all(axis=1) & np.isfinite(H).all(axis=(1, 2)))
+        H[:, :, POSITION] = H[:, :, POSITION] @ J
+        rest[:, :, -1] -= self.measured.z
+        some = self.some
+        H, rest, unused = H[:, some], rest[:, some], ~self.measured.used[:, some]
+        visible = np.asarray(np.isfinite(rest.sum(axis=(1, 2)) + H.sum(axis=(1, 2))))
         unused |= ~visible[:, None]
-        off[unused], H[unused] = 0.0, 0.0
-        rest = np.zeros((*off.shape, self.known.shape[1] + 1))
-        rest[:, :, of], rest[:, :, -1] = H[:, :, OF_OBJECT:], off
-        return H[:, :, :OF_OBJECT], rest, visible
+        H[unused], rest[unused] = 0.0, 0.0
+        return H, rest, visible
 
 
 def _considered(PH: Floats, slope: Floats, G: Floats, P: Floats) -> Floats:
@@ -139,8 +135,8 @@ def _considered(PH: Floats, slope: Floats, G: Floats, P: Floats) -> Floats:
     covariance would hold only if the camera errors were as estimated.
 
     :param PH: (N, 2, 8, M) Kalman gain for known errors, of whitened innovations.
-    :param G: (N, 2, M, 8 C) derivative of the whitened innovations by the camera errors.
-    :param P: (N, 8 C, 8 C) covariance of the camera errors, 0 for objects that do not fall.
+    :param G: (N, 2, M, 9 C) derivative of the whitened innovations by the camera errors.
+    :param P: (N, 9 C, 9 C) covariance of the camera errors, 0 for objects that do not fall.
     """
     PG = P[:, None] @ G.swapaxes(-1, -2)
     S = np.eye(G.shape[-2]) + G @ PG

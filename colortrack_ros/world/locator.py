@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from copy import deepcopy
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,7 @@ from colortrack_ros.world.settling import published
 from colortrack_ros.world.settling import settle
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import POSITION
+from colortrack_ros.world.timing import Timing
 from colortrack_ros.world.view import jumped
 from colortrack_ros.world.view import View
 
@@ -76,6 +78,7 @@ class Locator:
         """Apply changed parameters; all objects restart."""
         self._config = config
         self._kinds, self._margins = Kinds.of(config), Margins(config, self._cameras)
+        self._timing = Timing(config.stamp_sigma, self._cameras, self._tell)
         self.reset()
 
     def reset(self) -> None:
@@ -102,7 +105,7 @@ class Locator:
         :param depth: (H, W) [m], aligned with the picture, for methods depth and fused.
         :param camera: index of the camera that took the picture.
         """
-        self._advance(tracks.stamp, view)
+        self._advance(tracks.stamp, view, camera)
         detections, depth = fitting(detections, depth, view, self._tell)
         rows = self._known(tracks)
         taken = taken_detections(rows, detections)
@@ -113,7 +116,7 @@ class Locator:
         measured = measured_of(seen, kinds, self._config, view.camera, depth)
         found, stamp = rows['track_id'], tracks.stamp
         if line := self._margins.see(stamp, found, measured, kinds, view, camera):
-            self._config = self._margins.config
+            self._config = replace(self._margins.config, stamp_sigma=self._timing.sigma)
             self.reset()
             restarted = self.update(tracks, detections, view, depth, camera)
             self._tell(line)
@@ -127,12 +130,8 @@ class Locator:
         return self.locations(stamp)
 
     def locations(self, stamp: int) -> Locations:
-        """Return the objects at a time [ns], predicted if it is later than the last picture.
-
-        Objects that contradict other observations are left out.
-        """
-        objects = self._objects
-        belief = objects.belief
+        """Return the objects that nothing contradicts at a time [ns], predicted if it is later."""
+        objects, belief = self._objects, self._objects.belief
         ahead = (stamp - self._stamp) / NANOSECONDS
         if ahead > 0 and len(objects):
             belief = deepcopy(belief)
@@ -160,8 +159,11 @@ class Locator:
         """Reason why no objects are published; empty if some are."""
         return self._doubts.reason
 
-    def _advance(self, stamp: int, view: View) -> None:
+    def _advance(self, stamp: int, view: View, camera: int) -> None:
         """Predict all objects to the time of a picture."""
+        if self._timing.changes(self._objects.belief, view, camera):
+            self._config = replace(self._config, stamp_sigma=self._timing.sigma)
+            self.reset()
         dt = (stamp - self._stamp) / NANOSECONDS
         if self._view is not None and not 0 <= dt < GAP:
             self._tell(f'time has gone from one picture to the next by {dt:.3f} s: objects restart')

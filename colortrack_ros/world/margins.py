@@ -80,7 +80,7 @@ class Margins:
         count = len(self._errors.first)
         self._mean, self._cov = np.zeros((2, count + 1)), np.zeros((2, count + 1, count + 1))
         self._cov[:, :-1, :-1] = self._errors.first
-        edges = np.arange(EDGE - OF_OBJECT, count, OF_CAMERA)
+        edges = np.arange(EDGE - OF_OBJECT, OF_CAMERA * cameras, OF_CAMERA)
         self._cov[1, edges, edges] += MARGIN_SIGMA**2
         self._cov[1, -1, -1] = FACTOR_SIGMA**2
 
@@ -159,7 +159,7 @@ class Margins:
     def _add(self, off: float, slope: Floats, own: float) -> None:
         """Update both hypotheses by the size of one object.
 
-        :param off: seen minus expected size [px]; slope: (8 C + 1,) of that by the errors.
+        :param off: seen minus expected size [px]; slope: (9 C + 1,) of that by the errors.
         :param own: its variance by the object alone [px^2].
         """
         variance = own + self.config.size_noise**2 + np.array([0.0, SCATTER_SIGMA**2])

@@ -20,11 +20,15 @@ from colortrack_ros.world.state import DIAMETER
 from colortrack_ros.world.state import EDGE
 from colortrack_ros.world.state import HEIGHT
 from colortrack_ros.world.state import Kinds
+from colortrack_ros.world.state import OF_CAMERA
+from colortrack_ros.world.state import OF_MOUNT
+from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.state import SCALE
 from colortrack_ros.world.state import SHIFT
 from colortrack_ros.world.state import SIZE
 from colortrack_ros.world.state import TILT
+from colortrack_ros.world.state import time_of
 from colortrack_ros.world.view import View
 
 U, V, PLANE, BLOB, DEPTH = range(5)
@@ -136,6 +140,34 @@ def expected(
     z[:, PLANE] = mean[:, 2] - plane - mean[:, HEIGHT]
     H[:, PLANE], H[:, PLANE, 2], H[:, PLANE, HEIGHT] = 0.0, 1.0, -1.0
     return z, H
+
+
+def predicted(
+    view: View,
+    state: Floats,
+    errors: Floats,
+    kinds: Kinds,
+    ground: float,
+    camera: int = 0,
+    sized: bool = True,
+) -> tuple[Floats, Floats]:
+    """Return what a camera measures of states at its errors; see :func:`expected`.
+
+    :param state: (N, 8); errors: (N, 9 C) of all cameras.
+    :return: the Jacobian by the states, (N, 5, 8), and the one by the errors beside the measured
+        values, (N, 5, 9 C + 1).
+    """
+    own, count = slice(OF_CAMERA * camera, OF_CAMERA * (camera + 1)), errors.shape[1]
+    mean = np.concatenate([state, errors[:, own]], axis=1)
+    if view.way is not None:
+        time = time_of(camera, count)
+        mean[:, OF_MOUNT] += errors[:, time, None] * view.moves
+    z, H = expected(view, mean, kinds.diameter, ground + kinds.height, sized)
+    rest = np.zeros((len(z), 5, count + 1))
+    rest[:, :, own], rest[:, :, -1] = H[:, :, OF_OBJECT:], z
+    if view.way is not None:
+        rest[:, :, time] = H[:, :, OF_MOUNT] @ view.moves
+    return H[:, :, :OF_OBJECT], rest
 
 
 def _blob(q: Floats, middle: Floats, J: Floats, rho: Floats) -> tuple[Floats, Floats]:

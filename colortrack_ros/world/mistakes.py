@@ -71,6 +71,7 @@ class Mistakes:
     :param sigma: (6,) standard deviations of the camera pose, whose errors are estimated.
     :param odometry: its standard deviations after 1 m [m] and after 1 rad [rad].
     :param way: standard deviation of the scale of its ways, whose error is estimated, too.
+    :param time: that of the time by which its stamps and those of pictures are apart [s].
     """
 
     def __init__(
@@ -78,8 +79,9 @@ class Mistakes:
         sigma: ArrayLike,
         odometry: ArrayLike = (USUAL_ODOMETRY, USUAL_ODOMETRY),
         way: float = 0.0,
+        time: float = 0.0,
     ) -> None:
-        self._sigma = np.append(sigma, way)
+        self._sigma = np.concatenate([sigma, [time, way]])
         self._least = LEAST * max(float(np.max(odometry)) / USUAL_ODOMETRY, 1.0) ** 2
         self._views: dict[int, View] = {}
         self._sights: Sights | None = None
@@ -125,7 +127,7 @@ class Mistakes:
         if self._looked is not None and stamp - self._looked < BETWEEN * NANOSECONDS:
             return
         self._looked = stamp
-        new = Sights.of(stamp, tracks, measured, kinds, view.camera)
+        new = Sights.of(stamp, tracks, measured, kinds, view)
         self._stuck.see(stamp, view, new)
         if objects is not None:
             self._setting_off.see(stamp, view, new, objects, camera)

@@ -110,7 +110,8 @@ class Pictures:
     :ivar views: by their stamps, ascending [ns].
     :ivar sights: (M,), grouped by their K objects.
     :ivar ground: its height in the fixed frame [m].
-    :ivar sigma: (7,) standard deviations of the camera pose on the robot, and of the scale of ways.
+    :ivar sigma: (8,) standard deviations of the camera pose on the robot, of the time of pictures,
+        and of the scale of ways.
     """
 
     views: dict[int, View]

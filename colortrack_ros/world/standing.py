@@ -24,6 +24,7 @@ from colortrack_ros.world.measurement import PLANE_SIGMA
 from colortrack_ros.world.measurement import ranges_by_size
 from colortrack_ros.world.measurement import U
 from colortrack_ros.world.state import Kinds
+from colortrack_ros.world.view import View
 
 ANGLE_SIGMA = 0.001
 """Standard deviation of a direction [rad] beside the pixel noise: 0.5 px at f = 500 px, or a stamp
@@ -41,6 +42,9 @@ LEAST_EXPECTED = 1e-6
 """Least standard deviation of a camera error configured as 0, [m] and [rad], so that the equations
 have a solution: a thousandth of ANGLE_SIGMA."""
 
+FORWARD = np.repeat([1.0, -1.0], 3)
+"""Signs of the errors of the camera pose in the equations here, over those in View."""
+
 NOT_KNOWN = 1e3
 """Prior standard deviation of an unknown position [m], large against AT_HORIZON."""
 
@@ -55,6 +59,7 @@ class Sights(Columns):
     :ivar rays: (M, 3) in the optical frame.
     :ivar far: (M,) distance along the ray, by depth or size [m]; NaN if the ground gives it.
     :ivar sigma: (M,) standard deviation of the ray's direction [rad].
+    :ivar moves: (M, 6) velocity of the camera's pose in terms of its errors.
     """
 
     stamp: NDArray[np.int64]
@@ -64,6 +69,7 @@ class Sights(Columns):
     rays: Floats
     far: Floats
     sigma: Floats
+    moves: Floats
 
     @classmethod
     def of(
@@ -72,16 +78,17 @@ class Sights(Columns):
         track: NDArray[np.uint32],
         measured: Measured,
         kinds: Kinds,
-        camera: CameraModel,
+        view: View,
     ) -> 'Sights':
         """Return the sights of one picture."""
-        seen = measured.used[:, U]
+        seen, camera = measured.used[:, U], view.camera
         measured, kinds = measured.take(seen), kinds.take(seen)
         rays, far = rays_of(measured, kinds, camera)
         stamps = np.full(len(rays), stamp, np.int64)
         noise = np.trace(measured.R[:, :PLANE, :PLANE], 0, 1, 2) / 2
         sigma = np.sqrt(noise / (camera.K[0, 0] * camera.K[1, 1]) + ANGLE_SIGMA**2)
-        return cls(stamps, track[seen].astype(np.int64), measured, kinds, rays, far, sigma)
+        ids, moves = track[seen].astype(np.int64), np.tile(view.moves * FORWARD, (len(rays), 1))
+        return cls(stamps, ids, measured, kinds, rays, far, sigma, moves)
 
 
 @dataclass
@@ -117,7 +124,7 @@ def rays_of(measured: Measured, kinds: Kinds, camera: CameraModel) -> tuple[Floa
 class _Solved:
     """Normal equations of K objects under each of C hypotheses, at their assumed positions.
 
-    :ivar A: (C, M, 4, 10), y: (C, M, 4), of each sight; N: (C, K, 10, 10) with the priors.
+    :ivar A: (C, M, 4, 11), y: (C, M, 4), of each sight; N: (C, K, 11, 11) with the priors.
     :ivar first: (K,) first sight of each; count: (C, K) of its sights.
     :ivar there: (C, K) whether objects can be where they are seen.
     """
@@ -142,8 +149,8 @@ def misfits(looks: Looks, sights: Sights, ground: float, sigma: Floats) -> Float
 
     :param sights: (M,), grouped by their K objects.
     :param ground: its height in the fixed frame [m].
-    :param sigma: (7,) standard deviations of the camera pose on the robot, and of the scale of
-        ways.
+    :param sigma: (8,) standard deviations of the camera pose on the robot, of the time of pictures,
+        and of the scale of ways.
     """
     solved = _solved(looks, sights, ground, sigma)
     A, y = solved.A, solved.y
@@ -186,9 +193,9 @@ def _solved(looks: Looks, sights: Sights, ground: float, sigma: Floats) -> _Solv
     places = np.add.reduceat(known * (looks.eyes + far[..., None] * looks.ways), first, axis=1)
     places /= count
     places[..., 2] = np.where(by_plane[:, first], height[first], places[..., 2])
-    A, y, front = _equations(looks, places[:, of] - looks.eyes, far, sights.sigma)
+    A, y, front = _equations(looks, places[:, of] - looks.eyes, far, sights)
     N = np.add.reduceat(A.swapaxes(-1, -2) @ A, first, axis=1)
-    N[..., np.arange(10), np.arange(10)] += (
+    N[..., np.arange(11), np.arange(11)] += (
         np.concatenate([np.full(3, NOT_KNOWN), np.maximum(sigma, LEAST_EXPECTED)]) ** -2.0
     )
     variance = np.square(sights.kinds.sigma[first, 0]) + PLANE_SIGMA**2
@@ -199,34 +206,35 @@ def _solved(looks: Looks, sights: Sights, ground: float, sigma: Floats) -> _Solv
 
 
 def _equations(
-    looks: Looks, arms: Floats, far: Floats, sigma: Floats
+    looks: Looks, arms: Floats, far: Floats, sights: Sights
 ) -> tuple[Floats, Floats, Bools]:
     """Return the normalized equations of each sight: three angles and a distance.
 
     The unknowns are the position of the object, (3,), the errors of the camera pose, x to yaw,
-    (6,), and that of the scale of ways.
+    (6,), that of the time of pictures, and that of the scale of ways.
 
     :param arms: (C, M, 3) from the camera to the assumed position of the object [m].
     :param far: (C, M) measured distance [m].
-    :param sigma: (M,) of the angles [rad].
-    :return: Jacobian, (C, M, 4, 10), residual, (C, M, 4), and what is in front of the camera.
+    :param sights: (M,).
+    :return: Jacobian, (C, M, 4, 11), residual, (C, M, 4), and what is in front of the camera.
     """
-    w, away = looks.ways, np.linalg.norm(arms, axis=-1)
+    w, away, sigma = looks.ways, np.linalg.norm(arms, axis=-1), sights.sigma
     to = arms / away[..., None]
     across = (np.eye(3) - to[..., :, None] * to[..., None, :]) / (sigma * away)[..., None, None]
-    A, y = np.zeros((*away.shape, 4, 10)), np.zeros((*away.shape, 4))
+    A, y = np.zeros((*away.shape, 4, 11)), np.zeros((*away.shape, 4))
     ways = (looks.eyes - looks.eyes[:, :1])[..., None]
     A[..., :3, :3], A[..., :3, 3:6] = across, -across @ looks.bases
     # the columns are w x tilt, the error of the measured ray per tilt
     tilts = looks.bodies.swapaxes(-1, -2)
     A[..., :3, 6:9] = np.cross(w[..., None, :], tilts).swapaxes(-1, -2) / sigma[:, None, None]
-    A[..., :3, 9:] = -across @ ways
+    A[..., :3, 10:] = -across @ ways
     along, sized = (w * arms).sum(axis=-1), ~np.isnan(looks.far)
     y[..., :3] = (w - to * (along / away)[..., None]) / sigma[:, None]
     over = sized / (RANGE_SIGMA * far)
     A[..., 3, :3] = w * over[..., None]
     A[..., 3, 3:6] = -(w[..., None, :] @ looks.bases)[..., 0, :] * over[..., None]
-    A[..., 3, 9:] = -(w[..., None, :] @ ways)[..., 0, :] * over[..., None]
+    A[..., 3, 10:] = -(w[..., None, :] @ ways)[..., 0, :] * over[..., None]
     y[..., 3] = (far - along) * over
+    A[..., 9] = (A[..., 3:9] @ sights.moves[..., None])[..., 0]
     A[~looks.known], y[~looks.known] = 0.0, 0.0
     return A, y, along > 0

@@ -4,14 +4,15 @@ An object has 8 numbers: position and velocity in the fixed frame, and the error
 height above the ground [m] and of its diameter [m]. Of what falls, no height is known; instead, the
 first is the error of its drag [1/m]. Each camera adds 8 more, which all objects
 share: the errors of its pose on the robot (x, y, z [m], roll, pitch, yaw [rad]), of the edge of its
-blobs [px], and of the scale of its depth [1]. The last is the error of the scale of ways by
-odometry, unless that is taken to be exact. These errors are constant, so averaging does not remove
+blobs [px], and of the scale of its depth [1]. Then follows, for each camera, the time by which the
+stamps of its pictures are early [s]. The last is the error of the scale of ways by odometry, unless
+that is taken to be exact. These errors are constant, so averaging does not remove
 them; seeing a standing object from several places makes them observable.
 
 Given the camera errors, objects are independent of each other. Each object is therefore stored as
 its state at the estimated errors, the slope of that state with respect to the errors, and the
 covariance conditional on them (the separate-bias form of the Kalman filter, Friedland 1969): N
-small matrices instead of one of size 8 N + 8.
+small matrices instead of one of size 8 N + 9.
 """
 
 from dataclasses import dataclass
@@ -28,7 +29,7 @@ from colortrack_ros.world.config import LocatorConfig
 
 POSITION, VELOCITY, ALONG_GROUND = slice(0, 3), slice(3, 6), slice(3, 5)
 BIASES, HEIGHT, DRAG, DIAMETER = slice(6, 8), 6, 6, 7
-SHIFT, TILT = slice(8, 11), slice(11, 14)
+SHIFT, TILT, OF_MOUNT = slice(8, 11), slice(11, 14), slice(8, 14)
 EDGE, SCALE = 14, 15
 SIZE, OF_OBJECT, OF_CAMERA = 16, 8, 8
 """Size of the joint state of an object and one camera, and the share of each in it."""
@@ -112,10 +113,10 @@ class Kinds(Columns):
 class CameraErrors:
     """Estimated errors of the C cameras of each of G robots, and of the scale of its ways.
 
-    Where shapes say 8 C, it is 8 C + 1 if the scale is among them.
+    Where shapes say 9 C, it is 9 C + 1 if the scale is among them.
 
-    :ivar mean: (G, 8 C); cov: (G, 8 C, 8 C).
-    :ivar first: (8 C, 8 C) covariance before any measurement.
+    :ivar mean: (G, 9 C); cov: (G, 9 C, 9 C).
+    :ivar first: (9 C, 9 C) covariance before any measurement.
     """
 
     mean: Floats
@@ -126,6 +127,7 @@ class CameraErrors:
     def of(cls, config: LocatorConfig, cameras: int = 1, robots: int = 1) -> 'CameraErrors':
         """Return the configured prior, the same for all cameras."""
         sigma = [*config.camera_pose_sigma, config.size_sigma, config.depth_sigma] * cameras
+        sigma += [config.stamp_sigma] * cameras
         if config.way_sigma > 0:
             sigma.append(config.way_sigma)
         first = np.diag(np.square(sigma))
@@ -138,18 +140,18 @@ class CameraErrors:
     @property
     def scaled(self) -> bool:
         """Whether the last error is that of the scale of ways."""
-        return len(self.first) % OF_CAMERA == 1
+        return len(self.first) % (OF_CAMERA + 1) == 1
 
     @cached_property
     def unit(self) -> Floats:
-        """Standard deviations before any measurement, (8 C,), 1 for those of 0."""
+        """Standard deviations before any measurement, (9 C,), 1 for those of 0."""
         sigma = np.sqrt(np.diag(self.first))
         return np.where(sigma > 0, sigma, 1.0)
 
     def spread(self, slope: Floats, apart: Floats) -> Floats:
         """Return slope cov slope^T + apart apart^T of objects, (N, 8, 8), grouped by robot.
 
-        :param slope: (N, 8, 8 C) derivative of states by the errors; apart: (N, 8).
+        :param slope: (N, 8, 9 C) derivative of states by the errors; apart: (N, 8).
         """
         robots, size = self.mean.shape
         wide = np.empty((len(slope), OF_OBJECT, size + 1))
@@ -166,7 +168,7 @@ class Motions(Columns):
     Covariance, slope, and mean are columns of one matrix, so linear operations apply to all at
     once.
 
-    :ivar whole: (N, 2, 8, 8 + 8 C + 1) cov, slope, and mean, side by side.
+    :ivar whole: (N, 2, 8, 8 + 9 C + 1) cov, slope, and mean, side by side.
     :ivar probability: (N, 2) of each hypothesis.
     """
 
@@ -194,7 +196,7 @@ class Motions(Columns):
 
     @property
     def slope(self) -> Floats:
-        """The derivative of the mean by the camera errors, (N, 2, 8, 8 C), a view."""
+        """The derivative of the mean by the camera errors, (N, 2, 8, 9 C), a view."""
         return self.whole[..., OF_OBJECT:-1]
 
     @property
@@ -203,7 +205,7 @@ class Motions(Columns):
         return self.whole[..., :OF_OBJECT]
 
     def shifted(self, change: Floats) -> 'Motions':
-        """Return the states after a change of the camera errors, (N, 8 C)."""
+        """Return the states after a change of the camera errors, (N, 9 C)."""
         there = Motions(self.whole.copy(), self.probability)
         there.mean[...] += (self.slope @ change[:, None, :, None])[..., 0]
         return there
@@ -221,6 +223,11 @@ class Motions(Columns):
         creeps = np.einsum('nii->ni', cov[:, VELOCITY, VELOCITY])  # a view
         creeps += CREEP**2 * p[:, STANDS, None]
         return mean, cov
+
+
+def time_of(camera: int, errors: int) -> int:
+    """Return which of so many errors is that of the time of a camera."""
+    return OF_CAMERA * (errors // (OF_CAMERA + 1)) + camera
 
 
 def columns_of(camera: int) -> Indices:

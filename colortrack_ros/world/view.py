@@ -56,11 +56,13 @@ class View:
     :param camera: its lens.
     :param base: pose of the robot in the fixed frame.
     :param mount: pose of the camera's body (x forward, z up) on the robot.
+    :param way: (6,) velocity of the robot in its own frame [m/s], [rad/s]; None if not known.
     """
 
     camera: CameraModel
     base: Pose
     mount: Pose
+    way: Floats | None = None
 
     @cached_property
     def optical(self) -> Pose:
@@ -75,6 +77,14 @@ class View:
         fixed-axis angles coincide, and none of them describes its sideways tilt.
         """
         return np.asarray(self.base.R @ self.mount.R)
+
+    @cached_property
+    def moves(self) -> Floats:
+        """(6,) velocity of the camera's pose in terms of its errors, whose tilts are against it."""
+        if self.way is None:
+            return np.zeros(6)
+        along, turn = np.split(self.way, 2)
+        return np.append(along - turn @ (CROSS_PRODUCTS @ self.mount.t), -turn @ self.mount.R)
 
     def way_since(self, last: 'View') -> tuple[float, float]:
         """Return how far the robot has moved [m] and turned [rad]."""

@@ -66,7 +66,7 @@ def test_what_is_put_on_the_ground_is_seen_where_it_was():
     kinds, mean = Kinds.of(config_of('ground')), np.zeros((1, 16))
     mean[0, :3] = 0.5, 0.15, 0.12
     found = Motions.of(
-        np.tile(mean[:, None, :8], (1, 2, 1)), np.zeros((1, 2, 8, 8)),
+        np.tile(mean[:, None, :8], (1, 2, 1)), np.zeros((1, 2, 8, 9)),
         np.tile(1e-4 * np.eye(8), (1, 2, 1, 1)), np.full((1, 2), 0.5),
     )  # fmt: skip
     was, _ = expected(view, mean, kinds.diameter, kinds.height)

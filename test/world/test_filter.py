@@ -172,7 +172,7 @@ def falling(height, speed):
     config = world_scene.config_of('size', 'bounces')
     kinds, errors = Kinds.of(config).take(np.zeros(1, int)), CameraErrors.of(config)
     found = Motions.of(
-        np.zeros((1, 2, 8)), np.zeros((1, 2, 8, 8)), np.tile(1e-4 * np.eye(8), (1, 2, 1, 1)),
+        np.zeros((1, 2, 8)), np.zeros((1, 2, 8, 9)), np.tile(1e-4 * np.eye(8), (1, 2, 1, 1)),
         np.array([[0.0, 1.0]]),
     )  # fmt: skip
     found.mean[..., 2], found.mean[:, MOVES, 5] = height, speed

@@ -56,7 +56,7 @@ def test_a_scale_far_beyond_what_was_told_is_named():
 
 def test_without_it_the_errors_are_those_of_the_camera_alone():
     belief = Belief.of(world_odometry.config_of('ground', 'rests'))
-    assert belief.errors.mean.shape[1] == 8
+    assert belief.errors.mean.shape[1] == 9  # and of the time of its pictures
     assert not belief.errors.scaled
 
 
