@@ -34,10 +34,12 @@ from colortrack_ros.world import LocatorConfig
 from colortrack_ros.world import Pose
 from colortrack_ros.world.config import Kind
 from colortrack_ros.world.config import KindConfig
+from colortrack_ros.world.course import way_at
 from colortrack_ros.world.following import Following
 from colortrack_ros.world.following import FollowingConfig
 from colortrack_ros.world.following import Target
 from colortrack_ros.world.measurement import expected
+from colortrack_ros.world.poses import PoseBuffer
 from colortrack_ros.world.selection import Selector
 from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import Kinds
@@ -84,10 +86,11 @@ class Run:
         self._tracker = Tracker(TrackerConfig(ego_motion='odometry'))
         colors = tuple(Kind(name, kinds[name]) for name in NAMES)
         config = LocatorConfig(method=method, colors=colors, camera_pose_sigma=SIGMA)
-        self._locator = Locator(config, lambda _: None)
+        self.told = []
+        self._locator = Locator(config, self.told.append)
         pose = SimulationConfig().camera_pose + self._rng.normal(size=6) * SIGMA
         self._mount = Pose.of_rpy(pose[:3], pose[3:])
-        self._late = []
+        self._late, self._poses = [], PoseBuffer('odom', 'base_link')
         self.following = Following(FollowingConfig())
         self._selector = Selector('ball', NAMES)
         self.log, self.found, self.ids = [], [], {}
@@ -102,7 +105,10 @@ class Run:
         for name in ('u', 'v'):
             rows[name] += NOISE * self._rng.normal(size=len(rows))
             rows[f'cov_{name * 2}'] += NOISE**2
-        view = View(simulation.camera, simulation.robot.odometry.pose, self._mount)
+        base = simulation.robot.odometry.pose
+        self._poses.add(simulation.time, base)
+        way = way_at(self._poses.at, simulation.time, base)
+        view = View(simulation.camera, base, self._mount, way)
         detections = replace(detections, rows=rows, viewpoint=view)
         tracks = self._tracker.update(detections)
         depth = sight.depth * (1 + 0.01 * self._rng.normal())

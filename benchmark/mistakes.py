@@ -22,6 +22,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 from scipy.special import chdtri
+from world_scene import ways
 from wrong_odometry import dies
 from wrong_odometry import flat
 from wrong_odometry import wheels
@@ -253,8 +254,9 @@ def replay(recording, wrong, method):
     tracker = Tracker(TrackerConfig(ego_motion='odometry'))
     camera, mount = wrong.camera(recording.camera), wrong.mount(recording.mount)
     poses = [base for _, base, _ in recording.pictures]
+    moves = ways(bases := [wrong.base(poses, k) for k in range(len(poses))], RATE)
     for k, (seen, _, truth) in enumerate(recording.pictures):
-        view = View(camera, wrong.base(poses, k), mount)
+        view = View(camera, bases[k], mount, moves[k])
         seen = replace(seen, rows=wrong.rows(seen.rows), viewpoint=view)
         found = locator.update(tracker.update(seen), seen, view).rows
         found = found[found['state'] == CONFIRMED]
