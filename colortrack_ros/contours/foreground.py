@@ -142,6 +142,8 @@ class Foreground:
         picture = self._shown = channels_of(frame)
         if self._config.start == 'background':
             frame = self._steady.steadied(frame, self._background, known)
+        else:
+            self._steady.rest()
         areas = self._find(frame, self._steady.back(known))
         if areas is not None:
             areas = self._steady.along(areas, picture)

@@ -82,6 +82,10 @@ class Steady:
         self._corners = np.zeros((0, 2))
         self._renewed = 0
 
+    def rest(self) -> None:
+        """Leave pictures where they are until the next one that is steadied."""
+        self.shift = np.zeros(2, int)
+
     def steadied(self, frame: Frame, background: StillBackground, known: Floats) -> Frame:
         """Return a frame moved back; what it does not show is background.
 
@@ -91,6 +95,7 @@ class Steady:
         """
         picture = channels_of(frame)
         if min(picture.shape[:2]) < max(CORNER_CELLS):
+            self.rest()
             return frame
         gray = _gray(picture)
         is_known = background.knows(picture) and gray.shape == self._gray.shape
@@ -122,11 +127,14 @@ class Steady:
         return result
 
     def along(self, areas: Areas, picture: Picture) -> Areas:
-        """Return where areas of the steadied picture are in the picture."""
+        """Return where areas of the steadied picture are in the picture.
+
+        They are cut where that ends, and where what was learned does.
+        """
         if not self.shift.any():
             return areas
         box, last = areas.box + np.tile(self.shift, 2), np.array(picture.shape[1::-1]) - 1
-        cut = np.hstack([box[:, :2] <= 0, box[:, 2:] >= last])
+        cut = areas.cut | np.hstack([box[:, :2] <= 0, box[:, 2:] >= last])
         return replace(areas, box=box, center=areas.center + self.shift, cut=cut)
 
     def _choose(self, gray: Gray, stamp: int) -> None:

@@ -4,12 +4,14 @@ import cv2
 import numpy as np
 import pytest
 from support.contour_pictures import follow
+from support.contour_pictures import frame
 from support.contour_pictures import known
 from support.contour_pictures import noise
 from support.contour_pictures import picture
 from support.contour_pictures import texture
 
 from colortrack_ros.contours import ContourConfig
+from colortrack_ros.contours import ContourTracker
 from colortrack_ros.contours.areas import Areas
 from colortrack_ros.contours.steady import LEAST_CORNERS
 from colortrack_ros.contours.steady import Steady
@@ -105,7 +107,7 @@ def test_known_targets_do_not_tell_and_pictures_without_corners_change_nothing()
     assert LEAST_CORNERS > 4
 
 
-def test_areas_go_along_and_are_cut_where_the_picture_ends():
+def test_areas_go_along_and_are_cut_where_the_picture_ends_or_what_was_learned():
     steady = Steady()
     steady.shift = np.array([5, -3])
     mask = np.ones((10, 10), np.uint8)
@@ -114,12 +116,13 @@ def test_areas_go_along_and_are_cut_where_the_picture_ends():
     box = np.array([[20.0, 30, 29, 39], [305, 3, 314, 12]])
     center = box[:, :2] + 4.5
     size, no = np.full(2, 100.0), np.zeros(2, bool)
-    areas = Areas(box, center, size, no, np.zeros((2, 4), bool), masks)
+    own_cut = np.array([[True, False, False, False], [False] * 4])
+    areas = Areas(box, center, size, no, own_cut, masks)
     moved = steady.along(areas, np.zeros((240, 320, 1), np.uint8))
     np.testing.assert_array_equal(moved.box, box + np.tile(steady.shift, 2))
     np.testing.assert_array_equal(steady.back(moved.box), box)
     np.testing.assert_array_equal(moved.center, center + steady.shift)
-    assert moved.cut.tolist() == [[False] * 4, [False, True, True, False]]
+    assert moved.cut.tolist() == [own_cut[0].tolist(), [False, True, True, False]]
 
 
 def sway(k):
@@ -146,3 +149,27 @@ def test_who_walks_before_a_camera_that_sways_drifts_or_was_bumped_is_followed(w
         assert np.hypot(row['u'] - (3.0 * k - 100 + right), row['v'] - (120.0 + down)) < 6
         ids.add(int(row['track_id']))
     assert len(ids) == 1
+
+
+@pytest.mark.slow
+def test_who_comes_in_beside_what_was_learned_is_taken_whole_as_soon_as_that_shows_it():
+    """The contour was that of the part in sight for a third of a second."""
+    results = follow([walker(k, 30 * (k > 20), 0) for k in range(44)], ContourConfig())
+    (row,) = results[-1].rows[known(results[-1])]
+    assert abs(row['u'] - (3.0 * 43 - 100 + 30)) < 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('other', ['start', 'size'])
+def test_pictures_that_are_not_steadied_stay_where_they_are(other):
+    """Boxes were moved along nevertheless, and those beyond the border ended the update."""
+    tracker = ContourTracker(ContourConfig())
+    for k in range(100):
+        tracker.update(frame(walker(k, 12 * (k > 40), 0), k))
+    if other == 'start':
+        tracker.configure(ContourConfig(start='difference'))
+    for k in range(100, 142):
+        shown = walker(k, 12, 0)
+        tracks = tracker.update(frame(shown if other == 'start' else shown[100:110].copy(), k))
+        for row in tracks.rows[known(tracks)] if other == 'start' else ():
+            assert abs(row['u'] - (3.0 * k - 100 + 12)) < 2
