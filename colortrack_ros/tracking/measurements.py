@@ -194,9 +194,9 @@ def accept(rows: NDArray[np.void], config: TrackerConfig, learned: Adaptation) -
         rows, doubles, singles = rows[good], doubles[good], singles[good]
         definite = definite[good]
     z, R = doubles[:, :2].copy(), doubles.take(COVARIANCE, axis=1).reshape(-1, 2, 2)
-    if not (known and config.detection_covariance):
+    if not (known and config.detection_covariance) or learned.overlaps.are_estimated:
         R[~definite | (not config.detection_covariance)] = config.measurement_noise**2 * np.eye(2)
-        _learn_unstated(rows[~definite], config, learned)
+        _learn_unstated(rows, definite, config, learned)
     box, usual = _boxes(singles, z, config), np.zeros(z.shape)
     if config.use_boxes:
         given = doubles[:, 2::2] if config.detection_covariance else usual
@@ -210,11 +210,14 @@ def accept(rows: NDArray[np.void], config: TrackerConfig, learned: Adaptation) -
     return Measurements(rows, z, R, box, size, mixed, cut, outside, usual, usual + 1)
 
 
-def _learn_unstated(rows: NDArray[np.void], config: TrackerConfig, learned: Adaptation) -> None:
-    """Learn from the rows, of dtype DETECTION, that state no covariance."""
-    learned.noisiness.guessed = rows['color']
+def _learn_unstated(
+    rows: NDArray[np.void], stated: Bools, config: TrackerConfig, learned: Adaptation
+) -> None:
+    """Learn from the rows, (N,) of dtype DETECTION, which of them state a covariance."""
+    unstated = rows[~stated]
+    learned.noisiness.guessed = unstated['color']
     if config.use_boxes:
-        learned.overlaps.see(rows)
+        learned.overlaps.see(unstated, len(rows) - len(unstated))
 
 
 def _boxes(singles: NDArray[np.float32], z: Floats, config: TrackerConfig) -> Floats:

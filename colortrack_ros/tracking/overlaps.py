@@ -64,13 +64,17 @@ class Overlaps:
         """
         return self.are_estimated or self._overlap
 
-    def see(self, rows: NDArray[np.void]) -> None:
+    def see(self, rows: NDArray[np.void], stated: int = 0) -> None:
         """Count the boxes of detections, (M,) of dtype DETECTION, that state no covariance.
+
+        Those of a color detector state one, and count as outlines.
 
         A network says how sure it is, if only now and then: where it is certain, it states 1, as
         may its rounding. It estimates sides to fractions of a pixel; if they were rounded, the
         middle is between pixels or on one. The outline of a blob has whole pixels, and its centroid
         any fraction; a circle around one has no score.
+
+        :param stated: number of detections of the frame that state a covariance.
         """
         size, score = rows.view(DETECTION_BOX)['size'], rows['score']
         boxed = size[:, 0] > 0
@@ -81,7 +85,7 @@ class Overlaps:
         estimated = boxed & (fraction | (_from_whole(2 * middle) < LEAST_FRACTION))
         count, boxes = int(np.count_nonzero(estimated)), int(np.count_nonzero(boxed))
         self._estimates = LEFT * self._estimates + count
-        self._outlines = LEFT * self._outlines + boxes - count
+        self._outlines = LEFT * self._outlines + boxes - count + stated
         self.are_estimated = self._estimates > self._outlines and self._unscored < UNSCORED
 
     def look(self, box: Floats, color: NDArray[np.uint32]) -> None:

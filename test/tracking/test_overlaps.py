@@ -9,6 +9,8 @@ from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import Detections
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.tracking.adaptation import Adaptation
+from colortrack_ros.tracking.measurements import accept
 from colortrack_ros.tracking.overlaps import Overlaps
 
 RATE = 25
@@ -58,6 +60,21 @@ def test_boxes_of_a_network_need_not_overlap():
     found['score'] = 0.8
     overlaps.see(found)
     assert overlaps.are_resolved
+
+
+def test_blobs_that_follow_boxes_of_a_network_or_outnumber_them_are_blobs_again():
+    """As if they were whole ever after, none was merged that touched."""
+    boxes, blobs = (points([(100, 100), (400, 300)], size=(s, 90)) for s in (40.3, 40))
+    boxes.rows['score'] = blobs.rows['score'] = 0.8
+    blobs.rows['cov_uu'] = blobs.rows['cov_vv'] = 0.1
+    learned, config = Adaptation(1.0), TrackerConfig()
+    for found, resolved in ((boxes, True), (blobs, False)):
+        for _ in range(20):
+            accept(found.rows, config, learned)
+        assert learned.overlaps.are_resolved is resolved
+    for _ in range(20):
+        accept(np.concatenate([boxes.rows[:1], blobs.rows]), config, learned)
+    assert not learned.overlaps.are_resolved
 
 
 @pytest.mark.parametrize('step', [10, 20])
