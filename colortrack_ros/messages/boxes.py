@@ -43,7 +43,8 @@ class BoxReader:
 
     :param classes: IDs of the classes to take, in the order of their color index; of others, each
         is told once, and left out. If empty, all are taken, as color 0.
-    :param least_score: boxes with a lower one are left out, which is told once.
+    :param least_score: boxes with a lower one are left out, which is told once; 0 takes all, since
+        some detectors' scores are negative.
     :param tell: takes a line for each class that is left out, and for low scores.
     """
 
@@ -74,7 +75,7 @@ class BoxReader:
                 if color is None:
                     self._leave_out(name)
                     continue
-                if box[-1] < self._least:
+                if self._least and box[-1] < self._least:
                     self._leave_out_unlikely()
                     continue
                 boxes.append(box)

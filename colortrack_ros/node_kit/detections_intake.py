@@ -42,8 +42,8 @@ class DetectionsConfig(Config):
     )
     min_box_score: float = parameter(
         0.1,
-        'Of boxes: those with a lower score are left out. Of what networks give a score below 0.1, '
-        'at least nine in ten should be nothing; 0 takes all.',
+        'Of boxes: those with a lower score are left out. Of those that YOLOX gives a score below '
+        '0.1, three in four are on nothing; 0 takes all.',
         limits=(0.0, 1.0),
         read_only=True,
     )

@@ -63,6 +63,8 @@ def test_what_a_network_hardly_believes_is_left_out_and_told_once():
         rows = reader.read(serialized([*boxes, box(90.0, 5.0, 9.0, 9.0, [])])).rows
         assert rows['u'].tolist() == [10.0, 20.0, 30.0, 90.0]
     assert told == ['boxes with scores below 0.1 are left out, see min_box_score']
+    (row,) = read([box(1.0, 5.0, 9.0, 9.0, [('cup', -0.3)])], least_score=0.0).rows
+    assert row['score'] == pytest.approx(-0.3), 'as those of a DPM: 0 takes all'
 
 
 def test_a_turned_box_becomes_the_upright_one_around_it():
