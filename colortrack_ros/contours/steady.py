@@ -97,12 +97,15 @@ class Steady:
         if min(picture.shape[:2]) < max(CORNER_CELLS):
             self.rest()
             return frame
+        if not background.knows(picture):  # as each picture is that has another size
+            self.restart()
+            return frame
         gray = _gray(picture)
-        is_known = background.knows(picture) and gray.shape == self._gray.shape
-        if is_known and not self._look(gray, self.back(known)) and background.is_learning:
+        starts = gray.shape != self._gray.shape
+        if not starts and not self._look(gray, self.back(known)) and background.is_learning:
             background.restart()
-            is_known = False
-        if not is_known:
+            starts = True
+        if starts:
             self.restart()
             self._choose(gray, frame.stamp)
             return frame
@@ -193,12 +196,12 @@ def _are_of_scene(corners: Floats, size: Indices) -> bool:
 
 def _best_corners(gray: Gray) -> Floats:
     """Return the strongest corner of each cell that has one, (P, 2)."""
-    step = max(round(gray.shape[1] / CHOOSING_COLUMNS), 1)
+    rows, columns = CORNER_CELLS
+    step = max(min(round(gray.shape[1] / CHOOSING_COLUMNS), gray.shape[0] // rows), 1)
     if step > 1:
         small = gray.shape[1] // step, gray.shape[0] // step
         gray = np.asarray(cv2.resize(gray, small, interpolation=cv2.INTER_AREA), np.uint8)
     strength = cv2.cornerMinEigenVal(gray, CORNER_BLOCK)
-    rows, columns = CORNER_CELLS
     height, width = gray.shape[0] // rows, gray.shape[1] // columns
     cells = strength[: rows * height, : columns * width].reshape(rows, height, columns, width)
     cells = cells.transpose(0, 2, 1, 3).reshape(rows, columns, -1)

@@ -103,7 +103,8 @@ def test_known_targets_do_not_tell_and_pictures_without_corners_change_nothing()
     everywhere = np.array([[-20.0, -20, 340, 260]])
     assert shifts(pictures, everywhere)[-1] == [0, 0]
     assert shifts([np.full((240, 320), 90, np.uint8)] * 3)[-1] == [0, 0]
-    assert shifts([np.zeros((5, 4), np.uint8)] * 2)[-1] == [0, 0]
+    for shape in ((5, 4), (30, 5000), (5000, 30)):
+        assert shifts([np.zeros(shape, np.uint8)] * 2)[-1] == [0, 0]
     assert LEAST_CORNERS > 4
 
 
