@@ -175,6 +175,12 @@ class TrackerConfig(TimeLimits):
         unit='frames',
         limits=(1, 100),
     )
+    start_score: float = parameter(
+        0.4,
+        'Of boxes of a network: those with a lower score, as a share of the best so far, go on '
+        'with objects that are known, and start none. 0: any may.',
+        limits=(0.0, 1.0),
+    )
     max_position_sigma: float = parameter(
         300.0,
         'A track whose position is known less well is deleted.',

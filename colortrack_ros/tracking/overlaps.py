@@ -8,8 +8,10 @@ another size is neither merged nor cut, and a small one next to it is no piece: 
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import DETECTION_BOX
 from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.tracking.recent import EVERY
 from colortrack_ros.tracking.rectangles import points_inside
 from colortrack_ros.tracking.resolution import LEFT
@@ -54,6 +56,7 @@ class Overlaps:
         self._estimates, self._outlines, self._unscored = 0.0, 0.0, UNSCORED
         self._twice, self._found = 0.0, FIRST_ONCE
         self._overlapping, self._merged, self._frame = 0.0, 0.0, 0
+        self._best_score = 0.0
 
     @property
     def are_resolved(self) -> bool:
@@ -107,6 +110,22 @@ class Overlaps:
         self._overlap = self._overlapping > RESOLVED_SHARE * (
             self._overlapping + self._merged + FIRST_MERGED
         )
+
+    def may_start(self, free: Bools, rows: NDArray[np.void], least: float) -> Indices:
+        """Those of the free detections, (M,), that may be new objects, (K,).
+
+        Weak boxes of a network are mostly seen twice or on nothing, but go on with an object that
+        is known (Zhang et al. 2022, ByteTrack). Networks differ in how sure they ever are: the
+        best score so far, 1 at most, counts as sure.
+
+        :param rows: (M,) of dtype DETECTION.
+        :param least: least score of a new object, as a share of the best.
+        """
+        if self.are_estimated:
+            score = rows['score']
+            self._best_score = max(self._best_score, min(score.max(initial=0.0), 1.0))
+            free = free & (score >= least * self._best_score)
+        return np.asarray(free.nonzero()[0])
 
     def count_merged(self, count: int) -> None:
         """Add the objects of a frame that appear to share a detection."""

@@ -146,7 +146,7 @@ class Tracker:
         if shared is not None:
             follow_shared(tracks, shared, prediction, blobs)
         tell_apart(tracks, associated.pairs, prediction, config)
-        free = associated.free.nonzero()[0]
+        free = learned.overlaps.may_start(associated.free, blobs.rows, config.start_score)
         if free.size:
             new = start_fast(tracks, prediction, blobs, free, learned)
             initiate(tracks, prediction, blobs, new)

@@ -160,3 +160,42 @@ def test_a_box_a_fifth_larger_that_is_off_is_still_that_of_the_person():
         tracks = tracker.update(Detections(points(z, size=size).rows, round(k * 1e9 / RATE))).rows
     assert len(tracks) == 6
     assert not (tracks['state'] == COASTING).any()
+
+
+def boxes_of(*found):
+    """Detections of a network: (u, v, score) each, of 40x90 px and a little."""
+    detections = points([(u, v) for u, v, _ in found], size=(40.3, 90.6))
+    detections.rows['score'] = [score for *_, score in found]
+    return detections
+
+
+def ids_of(frames, **options):
+    """IDs that are published in each of some frames at RATE."""
+    tracker = Tracker(TrackerConfig(image_size=(640, 480), **options))
+    published = []
+    for k, frame in enumerate(frames):
+        tracks = tracker.update(Detections(frame.rows, (k + 1) * 10**9 // RATE)).rows
+        published.append(tracks['track_id'][tracks['state'] == CONFIRMED].tolist())
+    return published
+
+
+def test_weak_boxes_of_a_network_start_no_track_but_go_on_with_one():
+    frames = [
+        boxes_of((100 + k, 200, 0.9 if k < 20 else 0.2), (500, 100 + k, 0.2)) for k in range(60)
+    ]
+    assert ids_of(frames)[-1] == [1]
+    assert ids_of(frames, start_score=0.0)[-1] == [1, 2]
+
+
+@pytest.mark.parametrize('score', [0.2, 0.35, 7.0])
+def test_a_network_that_is_never_surer_starts_tracks(score):
+    frames = [boxes_of((100 + k, 200, score), (500, 100, 0.15)) for k in range(10)]
+    assert 1 in ids_of(frames)[-1]
+
+
+def test_blobs_of_any_score_start_tracks():
+    frames = [points([(100.37 + k, 200.21)], size=(40, 90)) for k in range(10)]
+    for frame in frames:
+        frame.rows['score'] = 0.1
+    frames[0].rows['score'] = 1.0
+    assert ids_of(frames)[-1] == [1]
