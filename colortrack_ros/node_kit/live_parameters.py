@@ -31,8 +31,8 @@ from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import ParameterTable
 from colortrack_ros.parameters import Spec
 from colortrack_ros.parameters import USER
-from colortrack_ros.parameters.owners import of_another_namespace
 from colortrack_ros.parameters.owners import owners_in
+from colortrack_ros.parameters.owners import untaken
 
 Setup = TypeVar('Setup', bound=Config)
 Build = Callable[[Mapping[str, Any]], Any]
@@ -129,16 +129,12 @@ class ParameterNode(GuardedNode, Generic[Setup]):
         return super().declare_parameters(namespace, parameters, ignore_override)
 
     def _tell_of_other_owners(self) -> None:
-        """Say so when a params file means this node, but by the name of another namespace."""
+        """Say so when a params file means this node, but by another name than it has."""
         node = self.get_fully_qualified_name()
         for path in params_files(sys.argv):
             with contextlib.suppress(OSError, ValueError, YAMLError):  # rcl has taken it
-                others = of_another_namespace(owners_in(read_file(path, MAX_PARAMS_FILE)), node)
-                if others:
-                    self.get_logger().warning(
-                        f'{path}: has parameters for {", ".join(others)}, but none by the name '
-                        f'{node}; under /**/{self.get_name()} they are for any namespace'
-                    )
+                if others := untaken(owners_in(read_file(path, MAX_PARAMS_FILE)), node):
+                    self.get_logger().warning(f'{path}: {others}')
 
     def _leave_to_others(self, table: ParameterTable, others: list[ParameterTable]) -> None:
         """Drop parameters of other nodes, which ``-p NAME:=VALUE`` or ``/**`` gives to all

@@ -11,6 +11,7 @@ from colortrack_ros.replay.many import FAILURES
 from colortrack_ros.replay.many import own_options
 from colortrack_ros.replay.many import reason_of
 from colortrack_ros.replay.many import replay_many
+from colortrack_ros.replay.ros_arguments import misspelled_in
 from colortrack_ros.replay.run import replay_recording
 from colortrack_ros.replay.run import summary
 from colortrack_ros.replay.setup import parse
@@ -24,6 +25,8 @@ def replay(args: Sequence[str], stop: threading.Event) -> int:
     """
     arguments = parse(args)
     try:
+        for line in misspelled_in(arguments.params_file, ('detector', arguments.tracker)):
+            print(f'replay: {line}', file=sys.stderr)
         inputs = recordings_in(arguments.inputs)
         together = arguments.report or arguments.scheduler
         if inputs != arguments.inputs or len(inputs) > 1 or together:

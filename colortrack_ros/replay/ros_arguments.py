@@ -21,6 +21,7 @@ from colortrack_ros.files import MAX_PARAMS_FILE
 from colortrack_ros.files import read_file
 from colortrack_ros.node_kit.runtime import refuse_params_files
 from colortrack_ros.node_kit.runtime import StartError
+from colortrack_ros.parameters.owners import misspelled
 from colortrack_ros.parameters.owners import owners_in
 
 DISCOVERY = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
@@ -91,14 +92,27 @@ def namespaces_of(files: Iterable[Path], names: Sequence[str]) -> set[str]:
 
     :raises StartError: a file is not a params file.
     """
-    owners = [owner.rpartition('/') for path in files for owner in _owners(path)]
-    return {namespace or '/' for namespace, _, name in owners if name in names}
+    owners = [owner for path in files for owner in _owners(path) if '*' not in owner]
+    parts = [owner.rpartition('/') for owner in owners]
+    return {namespace or '/' for namespace, _, name in parts if name in names}
+
+
+def misspelled_in(files: Iterable[Path], names: Sequence[str]) -> list[str]:
+    """For each params file and node whose name it may misspell, a line that says so.
+
+    :raises StartError: a file is not a params file.
+    """
+    return [
+        f'{path}: {told}'
+        for path in files
+        for name in names
+        if (told := misspelled(_owners(path), name))
+    ]
 
 
 def _owners(path: Path) -> list[str]:
-    """The full names, without wildcards, of the nodes in a params file."""
+    """The full names of the nodes in a params file."""
     try:
-        owners = owners_in(read_file(path, MAX_PARAMS_FILE))
+        return owners_in(read_file(path, MAX_PARAMS_FILE))
     except ValueError as error:
         raise StartError(f'{path}: {error}') from error
-    return [owner for owner in owners if '*' not in owner]

@@ -3,13 +3,16 @@
 import os
 import subprocess
 import sys
+import threading
 
+from parameter_pages import NODES
 import pytest
 
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.parameters.owners import is_owner
-from colortrack_ros.parameters.owners import of_another_namespace
 from colortrack_ros.parameters.owners import owners_in
+from colortrack_ros.parameters.owners import untaken
+from colortrack_ros.replay.command import replay
 from colortrack_ros.replay.ros_arguments import AskedNode
 from colortrack_ros.replay.ros_arguments import DISCOVERY
 from colortrack_ros.replay.ros_arguments import namespaces_of
@@ -124,12 +127,38 @@ def test_a_file_for_another_namespace_is_told_by_the_node(ros, tmp_path):
     path = tmp_path / 'params.yaml'
     path.write_text('/**:\n  ros__parameters:\n    max_late: 0.1\n' + OF_ANOTHER)
     owners = owners_in(path.read_text())
-    assert of_another_namespace(owners, '/detector') == []
-    assert of_another_namespace(owners, '/r/tracker') == []
-    assert of_another_namespace(owners, '/r/detector') == ['/detector', '/r2/detector']
+    assert untaken(owners, '/detector') == untaken(owners, '/r/tracker') == ''
     node = ros.start('detector', '-r', '__ns:=/r', '--params-file', str(path))
     node.wait_for('has parameters for /detector, /r2/detector, but none by the name /r/detector')
     node.wait_for('under /**/detector they are for any namespace')
+
+
+@pytest.mark.parametrize(
+    ('given', 'node', 'told'),
+    [
+        ('/**/detecter', '/detector', True),
+        ('detector_node', '/r/detector', True),
+        ('/**/window_tracer', '/window_tracker', True),
+        ('detecter\n/**/detector', '/detector', False),
+        ('/**', '/detector', False),
+        ('/r2/tracker1', '/tracker2', False),
+        *((kind, f'/{node}', False) for node in NODES for kind in NODES),
+    ],
+)
+def test_a_name_that_is_nearly_the_nodes_is_told(given, node, told):
+    owners = ['/' + name.lstrip('/') for name in given.split('\n')]
+    assert ('is that misspelled?' in untaken(owners, node)) == told
+
+
+def test_a_misspelled_name_is_told_by_node_and_replay(ros, tmp_path, capsys):
+    path = tmp_path / 'params.yaml'
+    path.write_text('/**/detecter:\n  ros__parameters:\n    min_area: 77\n')
+    node = ros.start('detector', '--params-file', str(path))
+    told = f'{path}: has parameters for /**/detecter, but none by the name '
+    node.wait_for(f'{told}/detector: is that misspelled?')
+    asked = ['scene:none', '--params-file', str(path)]
+    assert replay(asked, threading.Event()) == 1
+    assert f'{told}detector: is that misspelled?' in capsys.readouterr().err
 
 
 def setup_of(*options):
