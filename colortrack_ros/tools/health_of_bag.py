@@ -3,6 +3,7 @@
 from collections import Counter
 from collections import defaultdict
 import contextlib
+import re
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -20,6 +21,9 @@ OURS = f': {TASK}'
 
 COUNTERS = ('refused', 'skipped', 'lost', 'repeated detections', 'skipped pairs')
 """Counters, which start at 0 whenever a node starts."""
+
+A_COUNT = re.compile('[0-9]{1,18}')
+"""What a counter is; other nodes of the same names may have published anything."""
 
 LATENCY = 'latency from stamp, median [ms]'
 
@@ -41,7 +45,7 @@ def health_of(reader: BagReader) -> Health:
     for node, status in _statuses(reader):
         values = {value.key: value.value for value in status.values}
         for name in COUNTERS:
-            if values.get(name, '').isdigit():
+            if A_COUNT.fullmatch(values.get(name, '')):
                 key, now = f'{node}.{name.replace(" ", "_")}', int(values[name])
                 before = last.get(key, 0)
                 counts[key] += now - before if now >= before else now

@@ -15,17 +15,25 @@ BETTER = 0.8
 """Another object becomes the target if its cost is below this share, say if it is a fifth nearer,
 so that two similar objects do not alternate. Assumed."""
 
+MOST_DIGITS = 10
+"""Length of the greatest track_id, 2^32 - 1, in digits."""
+
 
 def rule_of(text: str, colors: list[str]) -> str:
     """Return the text if it is a rule, a color, or an ID.
 
     :raises ValueError: it is none of these.
     """
-    if text not in RULES and text not in colors and not text.isdigit():
+    if text not in RULES and text not in colors and not _is_id(text):
         raise ValueError(
             f'select: expected one of {", ".join((*RULES, *colors))}, or a track_id, got {text!r}'
         )
     return text
+
+
+def _is_id(text: str) -> bool:
+    # not isdigit: it takes superscripts, too
+    return text.isdecimal() and len(text) <= MOST_DIGITS
 
 
 class Selector:
@@ -45,7 +53,7 @@ class Selector:
         """
         rows = locations.rows
         fits = rows['state'] != TENTATIVE
-        if self._rule.isdigit():
+        if _is_id(self._rule):
             fits &= rows['track_id'] == int(self._rule)
         elif self._rule in self._colors:
             fits &= rows['color'] == self._colors.index(self._rule)

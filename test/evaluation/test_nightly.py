@@ -31,6 +31,7 @@ SECONDS = [
     {'refused': 0, 'skipped': 0, 'latency from stamp, median [ms]': 'none'},
     {'refused': 2, 'skipped': 5, 'latency from stamp, median [ms]': '12.0'},
     {'refused': 0, 'skipped': 1, 'latency from stamp, median [ms]': '30.0'},  # started again
+    {'refused': '\u00b2', 'skipped': '9' * 5000},  # of no node of this package
 ]
 
 
@@ -50,7 +51,7 @@ def night(tmp_path_factory):
         bag.write('/d', when, serialize_message(cloud_of_detections(track.detections)))
         bag.write('/t', when, serialize_message(cloud_of_tracks(tracks)))
     for k, values in enumerate(SECONDS):
-        level = DiagnosticStatus.WARN if k else DiagnosticStatus.OK
+        level = DiagnosticStatus.WARN if k in (1, 2) else DiagnosticStatus.OK
         ours = status('robot1/detector: messages', level, 'too slow' if k else 'working', values)
         theirs = status('lidar: spin', DiagnosticStatus.ERROR, 'stuck', {'refused': '99'})
         bag.write(

@@ -46,6 +46,13 @@ def test_a_tentative_object_is_no_target():
     assert Selector('nearest', []).choose(locations(1, state=0), ROBOT) is None
 
 
-def test_what_is_no_rule_is_refused_with_those_there_are():
+@pytest.mark.parametrize('text', ['reddest', '', '\u00b2', '9' * 5000, '-1', '1.0', ' 1'])
+def test_what_is_no_rule_is_refused_with_those_there_are(text):
+    """Digits that are no number, as a superscript, raised an error for each picture."""
     with pytest.raises(ValueError, match='nearest, largest, oldest, most_certain, red, or a track'):
-        Selector('reddest', ['red'])
+        Selector(text, ['red'])
+
+
+@pytest.mark.parametrize('text', ['0', '7', str(2**32 - 1), '9' * 10])
+def test_an_id_that_nothing_has_selects_nothing(text):
+    assert Selector(text, ['red']).choose(locations(1, 2), ROBOT) is None
