@@ -45,7 +45,7 @@ setup(
     maintainer='colortrack_ros maintainers',
     maintainer_email='maintainers@colortrack-ros.org',
     packages=find_packages(include=[NAME, f'{NAME}.*']),
-    package_data={f'{NAME}.tuner': ['page/*']},
+    package_data={NAME: ['py.typed'], f'{NAME}.tuner': ['page/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),

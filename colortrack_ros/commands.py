@@ -62,7 +62,7 @@ def run(module: str) -> int:
         if heeded:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         status = _answered(name, str(program.__doc__)) if module.startswith('nodes.') else None
-        status = int(program.main()) if status is None else status
+        status = _status_of(program.main) if status is None else status
         if sys.stdout is not None:  # as with >&-
             sys.stdout.flush()  # Python would do so as it exits, and fail with a traceback
         return status
@@ -78,6 +78,18 @@ def run(module: str) -> int:
         need = f"in the folder of this package: pip install '.[{EXTRAS.get(name, 'standalone')}]'"
         print(f'{name}: {error}; source a ROS installation, or {need}', file=sys.stderr)
     return 1
+
+
+def _status_of(main: Callable[[], int]) -> int:
+    """The exit status of a program, also if argparse ends it, as after ``--help``: what that has
+    printed still waits to be written.
+    """
+    try:
+        return int(main())
+    except SystemExit as end:
+        if not isinstance(end.code, int | None):
+            raise
+        return end.code or 0
 
 
 def _lost(name: str, error: OSError) -> int:

@@ -66,6 +66,16 @@ def test_package_xml_names_each_package_once_in_the_order_of_its_schema():
     assert len(keys) == len(set(keys))
 
 
+@pytest.mark.slow
+def test_an_installed_package_tells_type_checkers_that_it_is_typed(tmp_path):
+    """PEP 561: without the marker, mypy ignores all types of an installed package."""
+    where = ['--build-base', str(tmp_path / 'build'), '--build-lib', str(tmp_path / 'lib')]
+    command = [sys.executable, 'setup.py', '-q', 'egg_info', '-e', str(tmp_path), 'build', *where]
+    subprocess.run(command, cwd=ROOT, capture_output=True, check=True)
+    assert (tmp_path / 'lib' / PACKAGE / 'py.typed').is_file()
+    assert (tmp_path / 'lib' / PACKAGE / 'tuner' / 'page' / 'app.js').is_file()
+
+
 IMPORTED = {'cv2': 'python3-opencv', 'yaml': 'python3-yaml'}
 """Modules whose rosdep keys are not ``python3-`` and their name."""
 

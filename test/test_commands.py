@@ -127,6 +127,23 @@ def test_output_that_nobody_takes_ends_a_program_without_a_traceback(words, take
     assert (done.returncode, done.stderr) == (status, said)
 
 
+@pytest.mark.parametrize('taker', ['/dev/null', '/dev/full'])
+def test_help_that_cannot_be_written_is_an_error(taker):
+    """argparse exits by itself, with the text still to be written: status 120 and a traceback."""
+    code = (
+        'import argparse, importlib, types\n'
+        'main = lambda: argparse.ArgumentParser().parse_args(["--help"])\n'
+        'importlib.import_module = lambda _: types.SimpleNamespace(main=main, __doc__="")\n'
+        'from colortrack_ros.commands import tools; raise SystemExit(tools.evaluate())'
+    )
+    env = {name: value for name, value in os.environ.items() if name != 'PYTHONUNBUFFERED'}
+    with open(taker, 'w') as out:
+        command = [sys.executable, '-c', code]
+        done = subprocess.run(command, env=env, stdout=out, stderr=subprocess.PIPE, text=True)
+    full = (1, 'evaluate: [Errno 28] No space left on device\n')
+    assert (done.returncode, done.stderr) == (full if taker == '/dev/full' else (0, ''))
+
+
 def test_a_pipe_of_the_program_itself_that_breaks_is_shown_as_a_fault(monkeypatch):
     def fail():
         raise BrokenPipeError('of a codec')
