@@ -74,6 +74,7 @@ class ColorTable:
 
     overlaps: whether pixels may be within tolerance of several colors that are not inverted.
     touched: (65536,) which cells contain any part of a color.
+    holds_gray: whether any gray is within tolerance of a color.
     """
 
     def __init__(self, colors: tuple[ReferenceColor, ...], threads: int = 1) -> None:
@@ -92,6 +93,7 @@ class ColorTable:
         self._survivors = Survivors(self.overlaps, HAS_16_BIT_LUT)
         self._exact = np.zeros(1 << 24, np.uint8)
         self._gray = self.label_colors(np.repeat(np.arange(256)[:, None], 3, axis=1))
+        self.holds_gray = bool(self._gray.any())
 
     def _label_cells(self) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
         """(65536,) label of each cell, CUT if its colors must be looked up one by one.

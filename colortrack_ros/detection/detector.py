@@ -35,6 +35,10 @@ from colortrack_ros.encodings import is_yuv
 from colortrack_ros.encodings import plain
 from colortrack_ros.encodings import size_of
 
+IN_GRAY = (
+    'the pictures are gray (mono8), and no gray is within the tolerance of a color: let '
+    'image_topic be where the driver has pictures in color'
+)
 SCORE_PIXELS = 16
 """Maximum number of pixels of a blob whose mean closeness is its score. 16 give the mean to a
 quarter of the pixels' spread; `python benchmark/detection_quality.py --constants` halves and
@@ -58,7 +62,7 @@ class Detector:
 
     def __init__(self, config: DetectorConfig) -> None:
         self._background = BackgroundModel()
-        self._mask = LabelImage.empty(0, 0)
+        self._mask, self._is_gray = LabelImage.empty(0, 0), False
         self.blobs = find_blobs(self._mask, 1)
         self.configure(config)
 
@@ -83,7 +87,7 @@ class Detector:
     @property
     def trouble(self) -> str:
         """A problem that the user should fix, and how; empty if there is none."""
-        return self._method.trouble
+        return IN_GRAY if self._is_gray and self._method.needs_color else self._method.trouble
 
     @property
     def labels(self) -> NDArray[np.uint8]:
@@ -123,6 +127,7 @@ class Detector:
         if not frame.image.size:
             return Detections(stamp=frame.stamp, frame_id=frame.frame_id)
         config, method = self._config, self._method
+        self._is_gray = frame.encoding == 'mono8'
         frame = method.prepare(frame)
         image = self._mask = method.label(frame)
         whole = method.whole

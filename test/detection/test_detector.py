@@ -249,3 +249,22 @@ def test_the_box_of_a_color_whose_end_is_found_is_that_of_the_thing(erosion):
         large, small = rows[names].tolist()
         assert large == (40 + less, 35 + less, 41 - 2 * less, 31 - 2 * less)
         assert small == (130 + less, 80 + less, 30 - less, 21 - 2 * less)
+
+
+@pytest.mark.parametrize(
+    ('config', 'told'),
+    [
+        (DetectorConfig(colors=(ReferenceColor.from_rgb('red', (205, 58, 34), 30.0),)), True),
+        (DetectorConfig(colors=(ReferenceColor.from_rgb('black', (20, 20, 20), 30.0),)), False),
+        (DetectorConfig(method='channel_difference'), True),
+        (DetectorConfig(method='background'), False),
+    ],
+)
+def test_gray_pictures_in_which_nothing_can_be_found_are_told(config, told):
+    """As of a driver whose image_rect is gray: nothing was found, without a word."""
+    detector = Detector(config)
+    assert detector.trouble == ''
+    detector.detect(Frame(np.full((40, 60), 130, np.uint8), 'mono8'))
+    assert ('the pictures are gray' in detector.trouble) == told
+    detector.detect(Frame(np.full((40, 60, 3), 130, np.uint8), 'bgr8', 33_000_000))
+    assert detector.trouble == ''

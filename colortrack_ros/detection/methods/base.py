@@ -33,6 +33,9 @@ class Method:
 
     If so, boxes are those of the objects; otherwise, those of the mask."""
 
+    needs_color: bool = False
+    """Whether nothing can be found in gray pictures."""
+
     @property
     def trouble(self) -> str:
         """A problem that the user should fix, and how; empty if there is none."""

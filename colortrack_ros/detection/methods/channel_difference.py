@@ -63,6 +63,8 @@ class ChannelDifference(Method):
     objects larger than the region are cut. The largest blob has neither flaw.
     """
 
+    needs_color = True
+
     def __init__(self, config: ChannelDifferenceConfig, background: BackgroundModel) -> None:
         self._channel = CHANNELS.index(config.channel)
         self._threshold = config.channel_threshold

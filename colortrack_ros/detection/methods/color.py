@@ -159,6 +159,7 @@ class ColorDistance(Method):
         self.is_found = np.array([False, *(color.is_sought for color in colors)])
         colors = self._finder.resolve(colors)
         self._table = _table_of(colors, config.threads)
+        self.needs_color = not (self.is_found.any() or self._table.holds_gray)
         self._chroma_filter: ChromaFilter | None = None
         if config.grow > 1:
             self._loose = _table_of(tuple(_grown(c, config.grow) for c in colors), config.threads)
