@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 from functools import partial
 from importlib.metadata import version
+import os
 from pathlib import Path
 import re
 import threading
@@ -130,11 +131,13 @@ def _tasks(arguments: argparse.Namespace, inputs: Sequence[str]) -> list[Task]:
         files = [Path(one), *arguments.params_file, *([own['expect']] if own['expect'] else [])]
         key = key_of([common, own, versions(), version('colortrack_ros')], files)
         tasks.append(Task(name, key, {**common, **own, 'task': key}))
-    places = Counter(str(place) for task in tasks for place in _places(task))
-    if twice := [place for place, count in places.items() if count > 1]:
+    places = [place for task in tasks for place in _places(task)]
+    count = Counter(map(os.path.realpath, places))  # one may be named in two ways
+    if twice := [place for place in places if count[os.path.realpath(place)] > 1]:
         raise StartError(
-            f'{twice[0]}: {places[twice[0]]} recordings would be written to it; put {{}} in the '
-            'name, for that of the recording, and give each recording another name'
+            f'{twice[0]}: {count[os.path.realpath(twice[0])]} recordings would be written to it; '
+            'put {} in the name, for that of the recording, and give each recording another name, '
+            'but the same one only once'
         )
     return tasks
 

@@ -132,6 +132,16 @@ def test_what_would_fail_for_all_is_told_before_anything_begins(options, reason,
     assert os.listdir('.') == []
 
 
+def test_a_recording_that_is_named_in_two_ways_is_told_before_it_is_written_twice(capsys):
+    """As by its whole name, too: it was replayed twice, to one place, at once with --jobs."""
+    Path('a.mp4').touch()
+    Path('b.mp4').symlink_to('a.mp4')
+    assert run('a.mp4', 'b.mp4', os.path.abspath('a.mp4')) == 1
+    said = capsys.readouterr().err
+    assert 'a_tracks: 2 recordings would be written to it' in said
+    assert sorted(os.listdir('.')) == ['a.mp4', 'b.mp4']
+
+
 @pytest.mark.parametrize('broken', [None, ModuleType('of another version')])
 @pytest.mark.parametrize('scenes', [SCENES, SCENES[:1]])
 def test_a_cluster_without_dask_is_told_in_a_line(scenes, broken, monkeypatch, capsys):
