@@ -7,9 +7,9 @@ drawn. Objects bounce off the borders, or pass through. Peers are told the large
 frame.
 """
 
+import argparse
 from dataclasses import replace
 from functools import partial
-import sys
 
 import numpy as np
 import peers
@@ -154,7 +154,7 @@ def draw(seed):
     return world, Sequence(truth, hidden, detections, world['size'], step, reach)
 
 
-def main(first=0, count=80):
+def main(first, count):
     """Print a line for each world, and the means."""
     lines = []
     for seed in range(first, first + count):
@@ -178,4 +178,7 @@ def main(first=0, count=80):
 
 
 if __name__ == '__main__':
-    main(*map(int, sys.argv[1:]))
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('first', nargs='?', type=int, default=0)
+    parser.add_argument('count', nargs='?', type=int, default=80)
+    main(**vars(parser.parse_args()))

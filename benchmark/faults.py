@@ -8,6 +8,7 @@ started anew has shared memory of its own. At last all is left alone for 20 s: e
 camera gives the detector answers, skips or refuses, by their diagnostics.
 """
 
+import argparse
 from collections import Counter
 import json
 import math
@@ -208,8 +209,7 @@ class Chain:
         return Counter(process.wait(PATIENCE) for process in self.processes.values())
 
 
-def main() -> int:
-    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 1800.0
+def main(seconds: float) -> int:
     use_transport_profile()
     tried, survived = Counter(), Counter()
     busy = [subprocess.Popen([sys.executable, '-c', BUSY]) for _ in range(2)]
@@ -255,4 +255,6 @@ def _print(chain: Chain, tried: Counter, survived: Counter, seconds: float) -> N
 
 
 if __name__ == '__main__':
-    raise SystemExit(main())
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('seconds', nargs='?', type=float, default=1800.0)
+    raise SystemExit(main(**vars(parser.parse_args())))

@@ -4,6 +4,7 @@
 the other in one process, as a command each (the first three), and in batches.
 """
 
+import argparse
 import contextlib
 import json
 import os
@@ -67,8 +68,7 @@ def measured(count: int, root: Path) -> dict[str, float]:
     return times
 
 
-def main() -> None:
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 100
+def main(count: int) -> None:
     with tempfile.TemporaryDirectory() as name, contextlib.redirect_stdout(open(os.devnull, 'w')):
         times = measured(count, Path(name))
     print(f'| {count} recordings of {RATE * SECONDS} pictures, the same bytes | s a recording |')
@@ -78,4 +78,6 @@ def main() -> None:
 
 
 if __name__ == '__main__':
-    main()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('count', nargs='?', type=int, default=100)
+    main(**vars(parser.parse_args()))

@@ -5,6 +5,7 @@ is 1 when its own memory has grown by 2 MiB or more since the first minute's fra
 are more threads or open files.
 """
 
+import argparse
 import json
 import os
 from pathlib import Path
@@ -108,4 +109,6 @@ def main(frames: int) -> int:
 
 
 if __name__ == '__main__':
-    raise SystemExit(main(int(sys.argv[1]) if len(sys.argv) > 1 else FRAMES))
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('frames', nargs='?', type=int, default=FRAMES)
+    raise SystemExit(main(**vars(parser.parse_args())))

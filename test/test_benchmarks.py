@@ -45,3 +45,10 @@ def test_their_environment_has_what_they_import(monkeypatch):
     assert {
         name for name in wanted if CALLED.get(name, name) not in there and not OF_ROS.match(name)
     } == set()
+
+
+def test_those_that_take_numbers_answer_what_are_none():
+    """With --help they ended in a traceback."""
+    files = {file.name: file.read_text() for file in (ROOT / 'benchmark').glob('*.py')}
+    by_hand = {name for name, text in files.items() if 'sys.argv' in text}
+    assert by_hand == {'constants.py', 'tracking.py'}, 'of which the words are names'
