@@ -87,7 +87,10 @@ class Detector:
     @property
     def trouble(self) -> str:
         """A problem that the user should fix, and how; empty if there is none."""
-        return IN_GRAY if self._is_gray and self._method.needs_color else self._method.trouble
+        if self._is_gray and self._method.needs_color:
+            return IN_GRAY
+        least = int(self._areas[0].min())
+        return self._regions.trouble(least) or self._method.trouble
 
     @property
     def labels(self) -> NDArray[np.uint8]:

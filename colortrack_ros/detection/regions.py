@@ -12,6 +12,10 @@ from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import parameter
 from colortrack_ros.picture_files import read_picture
 
+LEAST_SEARCHED = 5
+"""Least area that is worth searching [px]: corners in shares of the picture, 0 to 1, where pixels
+are expected, leave four."""
+
 
 @dataclass(frozen=True)
 class Region:
@@ -73,6 +77,21 @@ class Regions:
         """Whether any part of the picture is excluded."""
         return bool(self._regions) or self._picture is not None
 
+    def trouble(self, least_area: int) -> str:
+        """Why nothing can be found in pictures like the last one; empty if it can.
+
+        :param least_area: of a blob [px].
+        """
+        if self._allowed is None:
+            return ''
+        area, (height, width) = self._area, self._allowed.pixels.shape
+        if area >= max(least_area, LEAST_SEARCHED):
+            return ''
+        return (
+            f'regions and mask leave {area} of the {width}x{height} pixels to look in: expected '
+            'corners in pixels of these pictures'
+        )
+
     def apply(self, image: LabelImage) -> None:
         """Clear the labels outside, in place."""
         if self._allowed is None or self._allowed.padded.shape != image.padded.shape:
@@ -90,6 +109,7 @@ class Regions:
             scaled = cv2.resize(self._picture, (width, height), interpolation=cv2.INTER_NEAREST)
             canvas[scaled < 128] = 0
         allowed.pixels[...] = canvas
+        self._area = int(np.count_nonzero(canvas))
         return allowed
 
 
