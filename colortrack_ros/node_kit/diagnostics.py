@@ -24,6 +24,7 @@ from colortrack_ros.node_kit.clocks import Elapsed
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import STEADY
 from colortrack_ros.node_kit.runtime import OF_EVERY_NODE
+from colortrack_ros.node_kit.silence import told_of_silence
 from colortrack_ros.node_kit.topics import publish_on
 from colortrack_ros.node_kit.topics import SENSED
 from colortrack_ros.parameters import Config
@@ -190,7 +191,7 @@ class Health:
         limit = {name: self._node.get_parameter(name).value for name in names}
         late = 0.0 if latency is None else latency
         lateness = f'{late:.3f} s from stamp to output'
-        quiet = f'nothing has come in for {silence:.0f} s'
+        quiet = told_of_silence(self._node, silence, limit['warn_silence'])
         refusal = f'{counts.refused} refused: {self._reason}'
         rival, trouble, noted = rival_of(self._node), self._trouble(), self._noted
         crowd = crowd_of(self._node)

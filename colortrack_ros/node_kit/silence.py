@@ -1,0 +1,50 @@
+"""What is told of a node that nothing comes in to."""
+
+from rclpy.node import Node
+from sensor_msgs.msg import CompressedImage
+from sensor_msgs.msg import Image
+
+from colortrack_ros.node_kit.runtime import OF_EVERY_NODE
+
+TYPES_OF_PICTURES = {'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage'}
+
+
+def told_of_silence(node: Node, silence: float, longest: float) -> str:
+    """How long nothing has come in, and, where that is too long, on which topics nobody publishes.
+
+    The log has the latter once.
+
+    :param silence: how long that has been [s].
+    :param longest: how long it may be [s].
+    """
+    text = f'nothing has come in for {silence:.0f} s'
+    unheard = unheard_by(node) if silence > longest else ''
+    if not unheard:
+        return text
+    node.get_logger().warning(f'nothing has come in: {unheard}', once=True)
+    return f'{text}: {unheard}'
+
+
+def unheard_by(node: Node) -> str:
+    """On which of the topics that a node takes nobody publishes, and where pictures are instead;
+    empty if somebody does on each.
+    """
+    own = f'{node.get_fully_qualified_name()}/'
+    taken = {end.topic_name: end.msg_type for end in node.subscriptions}
+    unheard = [
+        topic
+        for topic in sorted(set(taken) - OF_EVERY_NODE)
+        if not topic.startswith(own) and node.count_publishers(topic) == 0
+    ]
+    if not unheard:
+        return ''
+    text = f'nobody publishes on {", ".join(unheard)}'
+    if not any(taken[topic] in (Image, CompressedImage) for topic in unheard):
+        return text
+    given = {end.topic_name for end in node.publishers}
+    pictures = [
+        topic
+        for topic, kinds in node.get_topic_names_and_types()
+        if TYPES_OF_PICTURES & set(kinds) and topic not in given and node.count_publishers(topic)
+    ]
+    return f'{text}; pictures are on {", ".join(sorted(pictures))}' if pictures else text
