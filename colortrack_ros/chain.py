@@ -123,6 +123,8 @@ def track_pair(tracker: Any, pair: Pair) -> Tracks:
 class ColorTracker:
     """Detector and tracker as one function: takes a frame and returns the tracks after it.
 
+    Each camera needs its own, and only one thread at a time may use it.
+
     >>> from colortrack_ros.chain import ColorTracker
     >>> from colortrack_ros.sources import open_source
     >>> track = ColorTracker()

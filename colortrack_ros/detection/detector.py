@@ -55,6 +55,9 @@ class Detector:
     estimated, the box regains the margin that the erosion removed. If separate objects have merged
     into one blob, their last appearances are fitted to it, and each row describes one of them.
 
+    It learns from frame to frame: each camera needs its own, and only one thread at a time may use
+    it.
+
     :param config: what to detect.
 
     blobs: the detected blobs of the last frame, before merged ones are separated.
