@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.contours.areas import Areas
 from colortrack_ros.contours.areas import Mask
+from colortrack_ros.contours.background import STILL_LEVELS
 from colortrack_ros.contours.background import StillBackground
 from colortrack_ros.contours.scene_change import LEAST_SPREAD_OUT
 from colortrack_ros.data import Bools
@@ -66,7 +67,9 @@ class Steady:
     Corners of the background are found again by pyramidal Lucas-Kanade. If enough of those outside
     known targets are still where they were last, the camera stands still, whatever else moves. If
     not, the largest group of those that moved alike tells, if it is a larger share of them than
-    things cover of a picture. Either has to be spread over as much of it: one thing is not.
+    things cover of a picture. Either has to be spread over as much of it: one thing is not. A crowd
+    that walks one way is, and so the picture is moved only if that makes it more like the
+    background.
 
     :ivar shift: (2,) columns and rows by which the picture is off to the right and down [px].
     """
@@ -101,15 +104,14 @@ class Steady:
             self.restart()
             return frame
         gray = _gray(picture)
-        starts = gray.shape != self._gray.shape
-        if not starts and not self._look(gray, self.back(known)) and background.is_learning:
+        starts, recent = gray.shape != self._gray.shape, background.recent
+        if not starts and not self._look(gray, self.back(known), recent) and background.is_learning:
             background.restart()
             starts = True
         if starts:
             self.restart()
             self._choose(gray, frame.stamp)
             return frame
-        recent = background.recent
         if not 0 <= frame.stamp - self._renewed < RENEWAL_SECONDS * NANOSECONDS:
             self._choose(_gray(recent), frame.stamp)
         if not self.shift.any():
@@ -143,7 +145,7 @@ class Steady:
     def _choose(self, gray: Gray, stamp: int) -> None:
         self._gray, self._renewed, self._corners = gray, stamp, _best_corners(gray)
 
-    def _look(self, gray: Gray, known: Floats) -> bool:
+    def _look(self, gray: Gray, known: Floats, background: Picture) -> bool:
         """Find how far a picture is off; as far as the last one where its corners do not tell.
 
         :return: whether it is within reach, as far as they tell.
@@ -156,9 +158,9 @@ class Steady:
         most: Bools = np.asarray(alike[alike.sum(axis=1).argmax()])
         stay: Bools = np.asarray((np.abs(off - self._off) <= ALIKE_PIXELS).all(axis=1))
         if _are_of_scene(corners[stay], size):
-            return self._follow(off[stay].mean(axis=0), size)
+            return self._follow(off[stay].mean(axis=0), gray, background)
         if most.mean() >= LEAST_SPREAD_OUT and _are_of_scene(corners[most], size):
-            return self._follow(off[most].mean(axis=0), size)
+            return self._follow(off[most].mean(axis=0), gray, background)
         return True
 
     def _find(self, gray: Gray, corners: Floats) -> tuple[Floats, Floats]:
@@ -173,12 +175,15 @@ class Steady:
         seen = ((there >= 0) & (there < gray.shape[::-1])).all(axis=1) & (found[:, 0] > 0)
         return corners[seen], (there - corners)[seen]
 
-    def _follow(self, off: Floats, size: Indices) -> bool:
-        if (np.abs(off) > MOVED_SHARE * size).any():
+    def _follow(self, off: Floats, gray: Gray, background: Picture) -> bool:
+        """Move pictures as far as corners tell, if that is right; see _look for what it returns."""
+        moves = bool((np.abs(off - self.shift) > OFF_PIXELS).any())
+        shift = np.rint(off).astype(int) if moves else self.shift
+        if moves and not _is_more_alike(gray, _gray(background), shift, self.shift):
+            return True
+        if (np.abs(off) > MOVED_SHARE * np.array(gray.shape[::-1])).any():
             return False
-        self._off = off
-        if (np.abs(off - self.shift) > OFF_PIXELS).any():
-            self.shift = np.rint(off).astype(int)
+        self._off, self.shift = off, shift
         return True
 
 
@@ -229,6 +234,23 @@ def _overlap(shift: Indices, shape: tuple[int, ...]) -> tuple[Part, Part]:
     there = np.s_[max(-down, 0) : height - max(down, 0), max(-right, 0) : width - max(right, 0)]
     here = np.s_[max(down, 0) : height + min(down, 0), max(right, 0) : width + min(right, 0)]
     return there, here
+
+
+def _is_more_alike(gray: Gray, background: Gray, shift: Indices, other: Indices) -> bool:
+    """Return whether a picture moved by shift is more like the background than moved by other.
+
+    Compared are the pixels of the background that are in sight either way. One that shows something
+    else counts the same, however much it differs.
+    """
+    low, high = np.minimum(shift, other).clip(max=0), np.maximum(shift, other).clip(min=0)
+    (left, top), (right, bottom) = -low, gray.shape[::-1] - high
+    ways = []
+    for u, v in (shift.tolist(), other.tolist()):
+        here = gray[top + v : bottom + v, left + u : right + u]
+        apart = cv2.absdiff(here, background[top:bottom, left:right])
+        _, little = cv2.threshold(apart, STILL_LEVELS, 0, cv2.THRESH_TRUNC)
+        ways.append(cv2.sumElems(little)[0])
+    return bool(ways[0] < ways[1])
 
 
 def _moved(image: Gray, shift: Indices, background: Picture) -> Gray:
