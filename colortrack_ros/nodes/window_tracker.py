@@ -40,7 +40,6 @@ class WindowTrackerNode(TargetTrackerNode[WindowTrackerSetup]):
 
     def configure(self) -> None:
         """Create what every target tracker has, and the publisher of the reliability map."""
-        self._is_gray: bool | None = None
         super().configure()
         self._reliability = publish_on(self, Image, self.setup.reliability_topic)
 
@@ -49,22 +48,12 @@ class WindowTrackerNode(TargetTrackerNode[WindowTrackerSetup]):
         return WindowTracker(setup.config, setup.targets)
 
     def _track(self, pair: Pair) -> Tracks:
-        self._see_color(is_gray=pair.frame.encoding == 'mono8')
         tracks = super()._track(pair)
         if self._reliability.get_subscription_count() > 0:
             picture = reliability_map(self.tracker.surfaces, pair.frame.image.shape[:2])
             frame = Frame(picture, 'mono8', tracks.stamp, tracks.frame_id)
             self._reliability.publish(image_of_frame(frame))
         return tracks
-
-    def _see_color(self, *, is_gray: bool) -> None:
-        """Start afresh when pictures lose their color, or get one: no template is like them."""
-        before, self._is_gray = self._is_gray, is_gray
-        if before in (is_gray, None):
-            return
-        kinds = ('gray', 'color') if before else ('color', 'gray')
-        with self.lock:
-            self.tracker.reset('the pictures changed from {} to {}'.format(*kinds))
 
 
 def main() -> int:

@@ -95,5 +95,18 @@ class Motion(Columns):
         self.bank.set_velocity(track, swarm.search(past.reshape(len(track), -1, 2)) / dt)
 
 
+def agreed(steps: Floats) -> Floats:
+    """Return the mean, (K, 2), of recent velocities, (K, n, 2), as far as they agree; NaN: none.
+
+    A velocity of mean m and variance s^2 from frame to frame is shrunk by m^2 / (m^2 + s^2), which
+    minimizes the squared error. If matches jump about, nothing is left of it.
+    """
+    known = ~np.isnan(steps).any(axis=(1, 2))
+    mean = np.square(steps.mean(axis=1)).sum(axis=1)
+    spread = steps.var(axis=1).sum(axis=1)
+    share = np.where(known, mean / np.maximum(mean + spread, 1e-9), 0.0)
+    return np.asarray(np.nan_to_num(steps.mean(axis=1)) * share[:, None])
+
+
 def _no_velocities(count: int, config: WindowConfig) -> Floats:
     return np.full((count, config.swarm_frames, 2, 2), np.nan)

@@ -26,6 +26,7 @@ from colortrack_ros.windows.lasting import drift
 from colortrack_ros.windows.lasting import sizes
 from colortrack_ros.windows.matching import match_templates
 from colortrack_ros.windows.matching import Matches
+from colortrack_ros.windows.motion import agreed
 from colortrack_ros.windows.motion import Motion
 from colortrack_ros.windows.sighting import are_doubtful
 from colortrack_ros.windows.sighting import are_faint
@@ -74,6 +75,7 @@ class WindowTracker:
     def __init__(self, config: WindowConfig | None = None, targets: ArrayLike = ()) -> None:
         self.config, self.waiting = config or WindowConfig(), WaitingBoxes(targets)
         self._swarm, self._clock, self.trouble = Swarm(self.config), Clock(), ''
+        self._kind = ''
         self.surfaces: list[tuple[Indices, NDArray, int]] = []
         self._start(1)
 
@@ -109,7 +111,8 @@ class WindowTracker:
     def update(self, frame: Frame) -> Tracks:
         """Process the next frame.
 
-        A frame older than the last one restarts the tracker. Frames that merely arrive late are
+        A frame older than the last one restarts the tracker, and so does one that has lost its
+        color, or got one: no template is like it. Frames that merely arrive late are
         sorted in, or dropped and counted, before they get here (flow.order).
 
         :raises ValueError: if the encoding is unknown or does not fit the picture's shape.
@@ -117,6 +120,7 @@ class WindowTracker:
         """
         check(frame)
         frame = plain(frame)
+        self._see('gray' if frame.encoding == 'mono8' else 'color')
         dt = self._clock.advance(frame.stamp, self.config.max_dt, self.reset)
         predicted = self._tracks.filters.predict(dt, self.config)
         matches = self._match(frame, predicted)
@@ -138,6 +142,11 @@ class WindowTracker:
         self._initiate(frame, boxes[~offered])
         self._initiate(frame, self._unfollowed(boxes[offered]))
         return Tracks(self._rows(frame), frame.stamp, frame.frame_id, self._clock.tell_restart())
+
+    def _see(self, kind: str) -> None:
+        before, self._kind = self._kind, kind
+        if before not in (kind, ''):
+            self.reset(f'the pictures changed from {before} to {kind}')
 
     def _match(self, frame: Frame, predicted: Floats) -> Matches:
         records, regions = self._tracks.records, self._tracks.filters.search_regions(self.config)
@@ -203,22 +212,13 @@ class WindowTracker:
         mean[usual] = np.where(np.isinf(mean), norm, mean + step)[usual]
 
     def _note_steps(self, matches: Matches, accepted: Bools, dt: float) -> None:
-        """Record velocities by matching; targets that start to coast keep theirs if they agree.
-
-        A velocity of mean m and variance s^2 from frame to frame is shrunk by m^2 / (m^2 + s^2),
-        which minimizes the squared error. If matches jump about, nothing is left of it.
-        """
-        records, motion = self._tracks.records, self._tracks.filters
+        """Record velocities by matching; targets that start to coast keep theirs if they agree."""
+        records = self._tracks.records
         sure = matches.are_sharp(self.config.tolerance)
         before = records['followed'] >= self._clock.now - round(dt * NANOSECONDS)
         lost = np.flatnonzero(~accepted & before & (records['hits'] > 1))
         if len(lost) and self.config.method != 'WM':
-            steps = records['steps'][lost]
-            known = ~np.isnan(steps).any(axis=(1, 2))
-            mean = np.square(steps.mean(axis=1)).sum(axis=1)
-            spread = steps.var(axis=1).sum(axis=1)
-            share = np.where(known, mean / np.maximum(mean + spread, 1e-9), 0.0)
-            motion.bank.set_velocity(lost, np.nan_to_num(steps.mean(axis=1)) * share[:, None])
+            self._tracks.filters.bank.set_velocity(lost, agreed(records['steps'][lost]))
         going = np.flatnonzero(accepted & before & sure)
         records['steps'][going, 1:] = records['steps'][going, :-1]
         records['steps'][going, 0] = (matches.z[going] - records['seen'][going]) / dt
