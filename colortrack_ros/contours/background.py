@@ -118,7 +118,7 @@ class Stillness:
     """
 
     def __init__(self, picture: Picture, stamp: int) -> None:
-        self.value, self._soft = picture.copy(), _softened(picture)
+        self.value, self._soft = picture.copy(), softened(picture)
         self.longest = np.zeros(picture.shape[:2], np.float32)
         self._since = self.longest.copy()
         self._is_longest: Bools = np.ones(picture.shape[:2], bool)
@@ -136,7 +136,7 @@ class Stillness:
         self._stamp = stamp
         if self.seconds - self.last < STILLNESS_STEP:
             return np.zeros(picture.shape[:2], np.uint8)
-        soft = _softened(picture)
+        soft = softened(picture)
         moved = _apart(soft, self._soft)
         second = ~moved & (self._since == np.float32(self.last))
         cv2.copyTo(soft, (moved | second).astype(np.uint8), self._soft)
@@ -148,7 +148,7 @@ class Stillness:
         new = longer & ~self._is_longest & (self.longest < most)
         if new.any():
             known = self.longest > 0
-            new &= ~(known & _of_things(soft, _softened(background)))
+            new &= ~(known & _of_things(soft, softened(background)))
         self._is_longest |= new
         longer &= self._is_longest
         self.longest[longer] = still[longer]
@@ -173,19 +173,19 @@ def _of_things(soft: Picture, background: Picture) -> Bools:
     outline = cv2.erode(differs[part], CROSS) < differs[part]
     count, label = cv2.connectedComponents(differs[part], connectivity=4)
     now, before = (
-        np.bincount(label[outline], _edges(each[part], outline), count)
+        np.bincount(label[outline], edges_at(each[part], outline), count)
         for each in (soft, background)
     )
     things[part] = (now > THING_EDGES * before)[label]
     return things
 
 
-def _edges(picture: Picture, where: Bools) -> NDArray[np.int64]:
+def edges_at(picture: Picture, where: Bools) -> NDArray[np.int64]:
     """Return the gradients, (n,), of the pixels there, summed over the channels [levels]."""
     steps = cv2.morphologyEx(picture, cv2.MORPH_GRADIENT, CROSS)
     return np.asarray(steps.reshape(*where.shape, -1)[where].sum(axis=1, dtype=np.int64))
 
 
-def _softened(picture: Picture) -> NDArray[np.uint8]:
+def softened(picture: Picture) -> NDArray[np.uint8]:
     """Return the mean of each pixel and its neighbors, against noise."""
     return np.asarray(cv2.blur(picture, (3, 3)).reshape(picture.shape), np.uint8)

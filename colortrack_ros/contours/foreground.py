@@ -1,22 +1,21 @@
 """Segmentation of what moves (De Bem 2007, section 3), in every frame."""
 
-from typing import Any
-
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from colortrack_ros.contours.areas import Areas
 from colortrack_ros.contours.areas import find_areas
 from colortrack_ros.contours.areas import Mask
 from colortrack_ros.contours.background import StillBackground
 from colortrack_ros.contours.config import ContourConfig
+from colortrack_ros.contours.differencing import Differencing
 from colortrack_ros.contours.displaced import is_displaced
 from colortrack_ros.contours.scene_change import SceneChange
 from colortrack_ros.contours.shadows import without_shadows
 from colortrack_ros.contours.steady import Steady
 from colortrack_ros.contours.unknown import goes_on
 from colortrack_ros.contours.usual import UsualArea
+from colortrack_ros.contours.vacant import is_vacant
 from colortrack_ros.contours.weak import with_weak
 from colortrack_ros.data import Bools
 from colortrack_ros.data import CONFIRMED
@@ -85,7 +84,7 @@ class Foreground:
         self._change, self.is_new = SceneChange(), False
         self.is_seen = False
         self._looked = self.is_busy = False
-        self._steady = Steady()
+        self._steady, self._differencing = Steady(), Differencing()
         self.configure(config)
         self.restart()
 
@@ -108,7 +107,7 @@ class Foreground:
 
     def restart(self) -> None:
         """Forget earlier pictures, but not the background."""
-        self._earlier: list[Frame] = []
+        self._differencing.restart()
         self._change.restart()
         self.trouble, self._saw = '', -1
         self._clutter, self._usual = np.zeros((0, 0), np.float32), UsualArea()
@@ -131,6 +130,13 @@ class Foreground:
     def usual_area(self, box: Floats) -> Floats:
         """Return the usual area at the places of boxes, (N, 4) [px]; see UsualArea.at."""
         return self._usual.at(self._steady.back(box))
+
+    def is_vacant(self, outlines: Floats) -> Bools:
+        """Return which outlines, (N, P, 2), show nothing; see vacant.is_vacant."""
+        if not self.is_seen or not self._background.knows(self._steadied):
+            return np.zeros(len(outlines), bool)
+        there = outlines - self._steady.shift
+        return is_vacant(there, self._mask, self._steadied, self._background.recent)
 
     def areas(self, frame: Frame, known: Floats) -> Areas | None:
         """Return the areas that differ, or None if too much does since the camera moves.
@@ -165,7 +171,7 @@ class Foreground:
         if self._config.start == 'targets':
             return None
         if self._config.start == 'difference':
-            self._mask = self._difference(frame)
+            self._mask = self._differencing.mask(frame, self._config)
         elif self._is_covered(frame, known):
             return None
         else:
@@ -180,7 +186,7 @@ class Foreground:
         self.is_seen = self._config.start == 'background'
         still = self._clutter > CLUTTER_SHARE
         mask = np.where(still, np.uint8(0), self._mask)
-        picture = channels_of(frame)
+        picture = self._steadied = channels_of(frame)
         if self._config.start == 'background' and self._background.knows(picture):
             least, threshold = self._config.min_area, self._config.difference_threshold
             mask = without_shadows(mask, picture, self._background.recent, least, threshold)
@@ -272,26 +278,3 @@ class Foreground:
             self.configure(self._config)
             self.restart()
         return True
-
-    def _difference(self, frame: Frame) -> Mask:
-        """Return what differs from the pictures start_interval and twice that before."""
-        picture, size = frame.image, self._config.opening_size
-        earlier = [f for f in self._earlier if f.stamp < frame.stamp]
-        earlier = [f for f in earlier if f.image.shape == picture.shape]
-        interval = round(self._config.start_interval * NANOSECONDS)
-        once, twice = frame.stamp - interval, frame.stamp - 2 * interval
-        before = [f for f in earlier if f.stamp <= once]
-        long_before = [f for f in earlier if f.stamp <= twice]
-        self._earlier = [*long_before[-1:], *(f for f in earlier if f.stamp > twice), frame]
-        if not long_before or not picture.size:
-            return np.zeros(picture.shape[:2], np.uint8)
-        least: NDArray[Any] = np.full(picture.shape[:2], 255, np.uint8)
-        for one in (before[-1], long_before[-1]):
-            apart = cv2.absdiff(picture, one.image).reshape(*picture.shape[:2], -1)
-            mean = np.full((1, apart.shape[2]), 1 / apart.shape[2])
-            least = cv2.min(least, cv2.transform(apart, mean))
-        if self._config.blur_sigma > 0:
-            least = cv2.GaussianBlur(least, (0, 0), self._config.blur_sigma)
-        _, mask = cv2.threshold(least, self._config.difference_threshold, 255, cv2.THRESH_BINARY)
-        square = np.ones((size, size), np.uint8)
-        return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, square), np.uint8)

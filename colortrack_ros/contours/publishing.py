@@ -61,13 +61,7 @@ def published(
     :param outlines: (N, ...) of all tracks.
     :param now: stamp [ns].
     """
-    told, longest = tracks.records['told'], config.max_time_since_update
-    fresh = tracks.freshness(now, longest)
-    if foreground.is_seen and config.follow_foreground:
-        brief = tracks.freshness(now, min(GONE_SECONDS, longest))
-        fresh = np.where(told, fresh, brief)
-    score = np.clip(tracks.records['edge_share'], 0, 1) * fresh
-    score[_are_parts(tracks.records, outlines, foreground, now) & ~told] = 0.0
+    score = _scores(tracks, outlines, config, now, foreground)
     shown = (score >= config.min_score) | (tracks.records['state'] == TENTATIVE)
     tracks, score, outlines = tracks.take(shown), score[shown], outlines[shown]
     contours = tracks.filters
@@ -82,6 +76,27 @@ def published(
     rows['box_w'], rows['box_h'] = size.T
     rows['box_u'], rows['box_v'] = outlines.min(axis=1).T + 0.5
     return rows, outlines
+
+
+def _scores(
+    tracks: TrackTable[Contours],
+    outlines: Floats,
+    config: ContourConfig,
+    now: int,
+    foreground: Foreground,
+) -> Floats:
+    """Return the scores of targets, (N,): 0 of what shows a part of a thing, or nothing."""
+    told, longest = tracks.records['told'], config.max_time_since_update
+    fresh = tracks.freshness(now, longest)
+    if foreground.is_seen and config.follow_foreground:
+        brief = tracks.freshness(now, min(GONE_SECONDS, longest))
+        fresh = np.where(told, fresh, brief)
+    score = np.clip(tracks.records['edge_share'], 0, 1) * fresh
+    score[_are_parts(tracks.records, outlines, foreground, now) & ~told] = 0.0
+    is_seen = (tracks.records['updated'] == now) & (tracks.records['state'] != TENTATIVE)
+    asked = np.flatnonzero(is_seen & (score > 0) & ~told)
+    score[asked[foreground.is_vacant(outlines[asked])]] = 0.0
+    return score
 
 
 def _are_parts(records: Records, outlines: Floats, foreground: Foreground, now: int) -> Bools:
