@@ -1,5 +1,6 @@
 """What is told of a node that nothing comes in to."""
 
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
@@ -45,6 +46,13 @@ def unheard_by(node: Node) -> str:
     pictures = [
         topic
         for topic, kinds in node.get_topic_names_and_types()
-        if TYPES_OF_PICTURES & set(kinds) and topic not in given and node.count_publishers(topic)
+        if TYPES_OF_PICTURES & set(kinds) and topic not in given and _is_published(node, topic)
     ]
     return f'{text}; pictures are on {", ".join(sorted(pictures))}' if pictures else text
+
+
+def _is_published(node: Node, topic: str) -> bool:
+    try:
+        return bool(node.count_publishers(topic) > 0)
+    except InvalidTopicNameException:  # as participants of DDS without ROS may have
+        return False

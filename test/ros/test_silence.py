@@ -1,6 +1,12 @@
 """A node that nothing comes in to says why, as far as that can be seen."""
 
+from types import SimpleNamespace
+
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.validate_full_topic_name import validate_full_topic_name
+from sensor_msgs.msg import Image
+
+from colortrack_ros.node_kit.silence import unheard_by
 
 FRONT = {'image_topic': '/front/image_raw', 'camera_info_topic': '/front/camera_info'}
 
@@ -29,3 +35,21 @@ def test_of_topics_that_have_publishers_nothing_is_told(ros):
 
     assert ros.spin(lambda: len(silent()) > 2)
     assert not silent()[-1].endswith('image_raw')
+
+
+def test_a_topic_of_others_whose_name_ros_does_not_allow_does_no_harm():
+    """DDS does, and participants without ROS have such: the exception ended the node."""
+    names = ['/front-left/image', '/rear/image']
+
+    def count(topic):
+        validate_full_topic_name(topic)
+        return int(topic in names)
+
+    node = SimpleNamespace(
+        get_fully_qualified_name=lambda: '/detector',
+        subscriptions=[SimpleNamespace(topic_name='/image', msg_type=Image)],
+        publishers=[],
+        count_publishers=count,
+        get_topic_names_and_types=lambda: [(name, ['sensor_msgs/msg/Image']) for name in names],
+    )
+    assert unheard_by(node) == 'nobody publishes on /image; pictures are on /rear/image'
