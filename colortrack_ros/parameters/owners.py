@@ -78,7 +78,10 @@ def misspelled(owners: Sequence[str], node: str) -> str:
 
 
 def _is_misspelled(given: str, name: str) -> bool:
-    """Whether a name may be a misspelling of another; one with another number is not."""
-    first, second = (re.sub(r'\d', '', text) for text in (given, name))
-    alike = difflib.SequenceMatcher(None, first, second).ratio()
-    return '*' not in given and first != second and alike >= NEAR_NAMES
+    """Whether a name may be a misspelling of another; one with another number is not, nor is that
+    of another kind, as line_detector is of a detector.
+    """
+    first, second = (re.sub(r'_?\d', '', text) for text in (given, name))
+    if '*' in given or first == second or first.endswith(f'_{second}'):
+        return False
+    return difflib.SequenceMatcher(None, first, second).ratio() >= NEAR_NAMES

@@ -142,6 +142,9 @@ def test_a_file_for_another_namespace_is_told_by_the_node(ros, tmp_path):
         ('detecter\n/**/detector', '/detector', False),
         ('/**', '/detector', False),
         ('/r2/tracker1', '/tracker2', False),
+        ('tracker_2', '/tracker', False),
+        ('/**/line_detector', '/detector', False),
+        ('tracker', '/ball_tracker', True),
         *((kind, f'/{node}', False) for node in NODES for kind in NODES),
     ],
 )
