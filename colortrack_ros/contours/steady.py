@@ -243,6 +243,8 @@ def _is_more_alike(gray: Gray, background: Gray, shift: Indices, other: Indices)
     else counts the same, however much it differs.
     """
     low, high = np.minimum(shift, other).clip(max=0), np.maximum(shift, other).clip(min=0)
+    if (high - low >= gray.shape[::-1]).any():
+        return False
     (left, top), (right, bottom) = -low, gray.shape[::-1] - high
     ways = []
     for u, v in (shift.tolist(), other.tolist()):

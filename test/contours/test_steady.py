@@ -14,6 +14,7 @@ from colortrack_ros.contours import ContourConfig
 from colortrack_ros.contours import ContourTracker
 from colortrack_ros.contours.areas import Areas
 from colortrack_ros.contours.background import StillBackground
+from colortrack_ros.contours.steady import _is_more_alike
 from colortrack_ros.contours.steady import LEAST_CORNERS
 from colortrack_ros.contours.steady import Steady
 from colortrack_ros.data import Frame
@@ -100,6 +101,12 @@ def test_one_thing_that_moves_is_not_the_camera():
 
     for wall in (WALL, plain):
         assert not np.any(shifts([shown(k, wall) for k in range(12)]))
+
+
+def test_what_is_off_by_so_much_that_nothing_is_in_sight_either_way_is_no_more_alike():
+    image, bump = view(), np.array([0, 24])
+    assert not _is_more_alike(image, image, np.array([0, -230]), bump)
+    assert _is_more_alike(view(0, 24), image, bump, np.array([0, 0]))
 
 
 def in_crowd(k, wall):
