@@ -143,7 +143,10 @@ def test_those_who_walk_on_a_plain_floor_from_the_first_picture_on_are_followed(
 
     results, told = told_of([shown(k) for k in range(70)])
     assert not told
-    assert max(followed(k, tracks) for k, tracks in enumerate(results)) >= 5
+    found = [followed(k, tracks) for k, tracks in enumerate(results)]
+    assert max(found) >= 5
+    assert min(found[found.index(max(found)) :]) >= 3  # those who meet are one area
+    assert known(results[-1]).sum() <= found[-1] + 1
 
 
 @pytest.mark.slow
