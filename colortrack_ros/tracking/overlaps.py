@@ -40,6 +40,10 @@ UNSCORED = 300
 """Frames without a score below 1 after which none tells of a network any longer. Assumed: in 10 s
 of a network at least one detection is less than certain."""
 
+SURE_LEFT = 0.999
+"""Share of the best score that is kept at each frame with boxes: half of it after 700. Assumed:
+longer than a network is unsure of somebody in passing."""
+
 MOST_OVERLAPPING = 8
 """Boxes compared with each, to bound the time. Assumed."""
 
@@ -116,14 +120,16 @@ class Overlaps:
 
         Weak boxes of a network are mostly seen twice or on nothing, but go on with an object that
         is known (Zhang et al. 2022, ByteTrack). Networks differ in how sure they ever are: the
-        best score so far, 1 at most, counts as sure.
+        best score so far, 1 at most, counts as sure. It is forgotten, so that after a single sure
+        box, or where night falls, nothing that is less sure has to stay unseen for good.
 
         :param rows: (M,) of dtype DETECTION.
         :param least: least score of a new object, as a share of the best.
         """
         if self.are_estimated:
             score = rows['score']
-            self._best_score = max(self._best_score, min(score.max(initial=0.0), 1.0))
+            best = SURE_LEFT * self._best_score if len(rows) else self._best_score
+            self._best_score = max(best, min(score.max(initial=0.0), 1.0))
             free = free & (score >= least * self._best_score)
         return np.asarray(free.nonzero()[0])
 

@@ -193,6 +193,17 @@ def test_a_network_that_is_never_surer_starts_tracks(score):
     assert 1 in ids_of(frames)[-1]
 
 
+@pytest.mark.slow
+def test_a_network_that_was_sure_once_starts_tracks_again():
+    """A single box of 0.99 kept all of 0.35 and less from ever being seen."""
+    frames = [
+        boxes_of((100 + k, 200, 0.35 if k else 0.99), (500, 100 + k, 0.35)) for k in range(160)
+    ]
+    found = ids_of(frames)
+    assert found[100] == [1]
+    assert found[-1] == [1, 2]
+
+
 def test_blobs_of_any_score_start_tracks():
     frames = [points([(100.37 + k, 200.21)], size=(40, 90)) for k in range(10)]
     for frame in frames:
