@@ -177,7 +177,7 @@ class TrackerConfig(TimeLimits):
     )
     start_score: float = parameter(
         0.4,
-        'Of boxes of a network: those with a lower score, as a share of the best so far, go on '
+        'Of boxes of a network: those with a lower score, as a share of the best of late, go on '
         'with objects that are known, and start none. 0: any may.',
         limits=(0.0, 1.0),
     )

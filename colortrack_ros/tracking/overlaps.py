@@ -120,7 +120,7 @@ class Overlaps:
 
         Weak boxes of a network are mostly seen twice or on nothing, but go on with an object that
         is known (Zhang et al. 2022, ByteTrack). Networks differ in how sure they ever are: the
-        best score so far, 1 at most, counts as sure. It is forgotten, so that after a single sure
+        best score of late, 1 at most, counts as sure. It is forgotten, so that after a single sure
         box, or where night falls, nothing that is less sure has to stay unseen for good.
 
         :param rows: (M,) of dtype DETECTION.
