@@ -2,10 +2,15 @@
 
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 
 from colortrack_ros.node_kit.runtime import OF_EVERY_NODE
+
+LOGGED_AFTER = 5.0
+"""How many times as long as diagnostics wait until the log has it, too: 10 s by default, in which
+what is started along with a node, as a camera's driver, publishes. Assumed."""
 
 TYPES_OF_PICTURES = {'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage'}
 
@@ -22,16 +27,19 @@ def told_of_silence(node: Node, silence: float, longest: float) -> str:
     unheard = unheard_by(node) if silence > longest else ''
     if not unheard:
         return text
-    node.get_logger().warning(f'nothing has come in: {unheard}', once=True)
+    if silence > LOGGED_AFTER * longest:
+        node.get_logger().warning(f'nothing has come in: {unheard}', once=True)
     return f'{text}: {unheard}'
 
 
 def unheard_by(node: Node) -> str:
     """On which of the topics that a node takes nobody publishes, and where pictures are instead;
-    empty if somebody does on each.
+    empty if somebody does on each. Nobody has to publish CameraInfo: nodes that need it say so.
     """
     own = f'{node.get_fully_qualified_name()}/'
-    taken = {end.topic_name: end.msg_type for end in node.subscriptions}
+    taken = {
+        end.topic_name: end.msg_type for end in node.subscriptions if end.msg_type is not CameraInfo
+    }
     unheard = [
         topic
         for topic in sorted(set(taken) - OF_EVERY_NODE)
