@@ -8,7 +8,6 @@ another size is neither merged nor cut, and a small one next to it is no piece: 
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.data import Bools
 from colortrack_ros.data import DETECTION_BOX
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
@@ -41,7 +40,7 @@ UNSCORED = 300
 of a network at least one detection is less than certain."""
 
 SURE_LEFT = 0.999
-"""Share of the best score that is kept at each frame with boxes: half of it after 700. Assumed:
+"""Share of the best score that is kept at each frame with new boxes: half of it after 700. Assumed:
 longer than a network is unsure of somebody in passing."""
 
 MOST_OVERLAPPING = 8
@@ -115,8 +114,8 @@ class Overlaps:
             self._overlapping + self._merged + FIRST_MERGED
         )
 
-    def may_start(self, free: Bools, rows: NDArray[np.void], least: float) -> Indices:
-        """Those of the free detections, (M,), that may be new objects, (K,).
+    def may_start(self, free: Indices, rows: NDArray[np.void], least: float) -> Indices:
+        """Those of the free detections, (K,), that may be new objects.
 
         Weak boxes of a network are mostly seen twice or on nothing, but go on with an object that
         is known (Zhang et al. 2022, ByteTrack). Networks differ in how sure they ever are: the
@@ -128,10 +127,9 @@ class Overlaps:
         """
         if self.are_estimated:
             score = rows['score']
-            best = SURE_LEFT * self._best_score if len(rows) else self._best_score
-            self._best_score = max(best, min(score.max(initial=0.0), 1.0))
-            free = free & (score >= least * self._best_score)
-        return np.asarray(free.nonzero()[0])
+            self._best_score = max(SURE_LEFT * self._best_score, min(score.max(), 1.0))
+            free = free[score[free] >= least * self._best_score]
+        return free
 
     def count_merged(self, count: int) -> None:
         """Add the objects of a frame that appear to share a detection."""

@@ -146,10 +146,10 @@ class Tracker:
         if shared is not None:
             follow_shared(tracks, shared, prediction, blobs)
         tell_apart(tracks, associated.pairs, prediction, config)
-        free = learned.overlaps.may_start(associated.free, blobs.rows, config.start_score)
-        if free.size:
-            new = start_fast(tracks, prediction, blobs, free, learned)
-            initiate(tracks, prediction, blobs, new)
+        new = associated.free.nonzero()[0]
+        if new.size:
+            new = learned.overlaps.may_start(new, blobs.rows, config.start_score)
+            initiate(tracks, prediction, blobs, start_fast(tracks, prediction, blobs, new, learned))
         self._manage(again=step.again)
         return self._published(tracks, detections, prediction.speed)
 
