@@ -105,8 +105,9 @@ def misspelled_in(files: Iterable[Path], names: Sequence[str]) -> list[str]:
     return [
         f'{path}: {told}'
         for path in files
+        for owners in (_owners(path),)  # each file is read once
         for name in names
-        if (told := misspelled(_owners(path), name))
+        if (told := misspelled(owners, name))
     ]
 
 
