@@ -27,6 +27,8 @@ from colortrack_ros.detection import finder
 from colortrack_ros.detection import growth
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection import shades
+from colortrack_ros.detection import sought_color
+from colortrack_ros.detection import strangers
 from colortrack_ros.detection import teach
 from colortrack_ros.detection import usual_areas
 from colortrack_ros.sources import open_source
@@ -46,7 +48,8 @@ CONSTANTS = (
     'LOOK_SECONDS', 'POOL_SECONDS', 'MOST_GROWTH', 'USUAL_SECONDS', 'LEAST_SHARE', 'PIECE_SHARE',
     'PIECE_REACH', 'FEWEST_LEFT', 'NEAR', 'FEWEST_PIXELS', 'LARGEST_SHARE', 'LEAST_SPREAD',
     'DEEPER', 'SHAPE_ROUNDS', 'OUTLINE_WIDTH', 'HALF_WAY', 'ELSEWHERE_SHARE',
-    'SHADE_STEP', 'MOST_SHADES', 'SHADE_GAP', 'RISEN', 'OFF_LINE', 'AT_OBJECT',
+    'SHADE_STEP', 'MOST_SHADES', 'SHADE_GAP', 'RISEN', 'OFF_LINE', 'AT_OBJECT', 'OTHER_HUE',
+    'OWN_LEFT',
 )  # fmt: skip
 TAUGHT = ('SHADE_RADIUS', 'SHADES_SHARE', 'MOST_SHADES_TAUGHT')
 """Constants of what is taught by a box."""
@@ -119,7 +122,7 @@ def boxes_of(row: np.void, label: dict[str, float]) -> tuple[np.ndarray, np.ndar
 def sensitivity(folder: Path, names: Sequence[str]) -> Iterator[list[str]]:
     """A row for half and for twice of each constant."""
     for name in names:
-        rooms = finder, usual_areas, growth, extent, shades, discriminate
+        rooms = finder, sought_color, strangers, usual_areas, growth, extent, shades, discriminate
         modules = [module for module in rooms if hasattr(module, name)]
         value = getattr(modules[0], name)
         for factor in (0.5, 1, 2) if name in TAUGHT else (0.5, 2):

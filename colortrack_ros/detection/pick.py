@@ -20,11 +20,10 @@ from colortrack_ros.data import Frame
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.config import DetectorConfig
 from colortrack_ros.detection.detector import Detector
-from colortrack_ros.detection.extent import count_colors
 from colortrack_ros.detection.extent import Extent
-from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.extent import LEAST_SPREAD
+from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.growth import MOST_GROWTH
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.own_color import own_color_at
@@ -34,6 +33,7 @@ from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.reference import Triple
 from colortrack_ros.detection.shape import ShapeConfig
+from colortrack_ros.detection.strangers import find_own_extent
 from colortrack_ros.encodings import check
 from colortrack_ros.encodings import plain
 from colortrack_ros.encodings import writable_bgr
@@ -102,8 +102,8 @@ def pick_color(
     One picture does not tell how light, how dark, and how far away the object will be. So its color
     has no tolerance and no least area: the detector finds both in each picture. Only if it misses
     the object in this one, as beside a much larger one, the color extends to where others begin
-    (:func:`find_extent`), or else is that of the first region around the pixel that hardly grows
-    with the tolerance (a maximally stable region, Matas 2004).
+    (:func:`find_own_extent`), or else is that of the first region around the pixel that hardly
+    grows with the tolerance (a maximally stable region, Matas 2004).
 
     :param u, v: the pixel [px].
     :param name: of the color.
@@ -154,10 +154,11 @@ def _clearest(
 
     :param found: _found_at() of the frame.
     """
-    counts, seed = count_colors(frame.image, frame.encoding), _seed_of(rgb, u, v)
+    cells, counts = sample_colors(frame.image, frame.encoding)
+    seed = _seed_of(rgb, u, v)
 
     def sight(place: tuple[int, int], lab: Triple, fixed: bool = False) -> _Sight:
-        extent = find_extent(counts, lab)
+        extent, _ = find_own_extent(cells, counts, lab)
         if extent is None:
             return _Sight(place)
         whole = _of_extent(extent, name)

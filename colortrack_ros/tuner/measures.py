@@ -20,6 +20,7 @@ from colortrack_ros.detection.reference import Triple
 from colortrack_ros.detection.shades import reach_of
 from colortrack_ros.detection.shades import with_shades
 from colortrack_ros.detection.shape import MEASURES
+from colortrack_ros.detection.strangers import find_own_extent
 from colortrack_ros.encodings import plain
 
 MOST_MEASURED = 200
@@ -94,9 +95,12 @@ def _place_of(
     """
     lab, axes = color.lab, color.axes if not color.is_sought else None
     if axes is None:
-        extent = find_extent(counts, color.lab, color.samples, color.others, apart=apart)
-        if extent and not color.is_sampled:
-            extent = with_shades(extent, reach_of(sample, counts, extent, apart) or 1.0)
+        if color.is_sampled:
+            extent = find_extent(counts, color.lab, color.samples, color.others, apart=apart)
+        else:
+            extent, apart = find_own_extent(sample, counts, color.lab, apart)
+            reach = extent and reach_of(sample, counts, extent, apart)
+            extent = extent and with_shades(extent, reach or 1.0)
         lab, axes = (extent.lab, extent.axes) if extent else (lab, None)
     samples = [lab, *color.samples]
     return {

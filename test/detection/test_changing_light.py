@@ -12,7 +12,7 @@ from support.sought import sought
 
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
-from colortrack_ros.detection import finder
+from colortrack_ros.detection import sought_color
 from colortrack_ros.detection.extent import measure
 from colortrack_ros.detection.light_change import LightChange
 
@@ -116,7 +116,7 @@ def test_a_thing_that_leaves_takes_no_part_of_its_color_with_it():
 
 def test_colors_are_updated_four_times_a_second_also_while_another_is_not_there(monkeypatch):
     image, updates = noisy(glossy_scene(200)), []
-    monkeypatch.setattr(finder, 'measure', lambda *args: updates.append(1) or measure(*args))
+    monkeypatch.setattr(sought_color, 'measure', lambda *args: updates.append(1) or measure(*args))
     detector = sought(ORANGE, (0, 0, 255))
     for k in range(31):
         detector.detect(Frame(image, stamp=k * NANOSECONDS // 30))

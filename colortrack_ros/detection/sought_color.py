@@ -1,0 +1,212 @@
+"""One sought color: how far it extends in the pictures, from look to look."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection.extent import Extent
+from colortrack_ros.detection.extent import find_extent
+from colortrack_ros.detection.extent import LARGEST_GROUND
+from colortrack_ros.detection.extent import LARGEST_SHARE
+from colortrack_ros.detection.extent import measure
+from colortrack_ros.detection.extent import SHAPE
+from colortrack_ros.detection.growth import MOST_GROWTH
+from colortrack_ros.detection.growth import NEAR
+from colortrack_ros.detection.growth import nearest_sample
+from colortrack_ros.detection.light_change import as_shown
+from colortrack_ros.detection.light_change import in_light
+from colortrack_ros.detection.reference import MAX_TOLERANCE
+from colortrack_ros.detection.reference import ReferenceColor
+from colortrack_ros.detection.reference import Triple
+from colortrack_ros.detection.shade_follower import ShadeFollower
+from colortrack_ros.detection.shade_follower import SHADES_SECONDS
+from colortrack_ros.detection.strangers import Strangers
+
+# Unless noted otherwise, the constants below were chosen. On four real clips, `python
+# benchmark/colors.py --constants` halves and doubles them: the recall of each clip changes by at
+# most 1 or 2 points.
+
+LOOK_SECONDS = 0.25
+"""Interval between two updates of the colors [s]; an update takes about 2 ms. Assumed: 1 % of the
+time."""
+
+POOL_SECONDS = 1.0
+"""Time constant of the pooled color counts [s]. For this long, a color that has just appeared may
+change without restriction. It is also the time constant for following the light."""
+
+FEWEST_LEFT = 1 / 4
+"""Share of its pixels that a color must keep to follow the light; the inverse limits its growth.
+When an object has left, slightly similar pixels must not pull the color away. Assumed: light
+changes slower than by a factor of four within POOL_SECONDS."""
+
+LEAST_PRESENT = 1 / 2
+"""Share of its pooled pixels that a color must have in a picture to be updated, and that it keeps
+unless a deeper gap is found. Otherwise an object that leaves, or a hand that covers it, changes its
+color to that of what is left. Assumed: half of an object still is that object."""
+
+NOWHERE, NOTHING = (0.0, -128.0, -128.0), 1e-6
+"""Color and tolerance that stand in for a color missing from the picture: outside sRGB."""
+
+
+class SoughtColor:
+    """Estimates the tolerance of one color.
+
+    :param color: as configured; :param apart: the other colors, which other objects have.
+
+    found: its extent; None until it is in the picture.
+    since: when it was found, or found anew [ns].
+    """
+
+    def __init__(self, color: ReferenceColor, apart: list[Triple]) -> None:
+        self.color, self.apart = color, apart
+        self.found: Extent | None = None
+        self.since = 0
+        self._lit: Extent | None = None  # as the light has changed since, however light
+        self._strangers = Strangers()
+        self._shades = ShadeFollower()
+
+    @property
+    def state(self) -> Any:
+        """What the color table depends on."""
+        return self.found, self._shades.shades
+
+    @property
+    def largest_share(self) -> float:
+        """Largest share of the picture that the color may cover."""
+        return LARGEST_GROUND if self.color.inverted else LARGEST_SHARE
+
+    def seek(self, counts: NDArray[np.float64], stamp: int) -> bool:
+        """Look for the color where it has not been found yet; return whether it is there.
+
+        :param counts: (65536,) of :func:`sample_colors`.
+        """
+        if (extent := self._find(counts, self.color.lab)) is None:
+            return False
+        self._take(extent)
+        self.since = stamp
+        return True
+
+    def restart(self) -> None:
+        """Search for the shades anew."""
+        self._shades.restart()
+
+    def relight(self, light: NDArray[np.float64]) -> None:
+        """Follow a change of the light; light: (3,) factors of linear red, green, and blue."""
+        self._shades.relight(light)
+        if self._lit is not None:
+            self._lit = in_light(self._lit, light)
+            self.found = as_shown(self._lit)
+        self._strangers.relight(light)
+
+    def renew(self, now: NDArray[np.float64], pool: NDArray[np.float64], stamp: int) -> bool:
+        """Replace the extent with the current one, unless that belongs to another object.
+
+        :param now, pool: (65536,) counts of a picture, and of the last second.
+        :returns: whether enough of the color is in the picture.
+        """
+        known, color = self.found, self.color
+        assert known is not None
+        pooled = measure(pool, known)
+        pixels = measure(now, known).pixels
+        if pixels < LEAST_PRESENT * pooled.pixels:
+            return False
+        is_new = self._is_new(stamp)
+        # far more pixels at once may be of what else has come: the pooled color is a mixture then
+        labs = (known.lab, pooled.lab)[: 1 + (pixels < known.pixels / FEWEST_LEFT)]
+
+        def is_same(extent: Extent) -> bool:
+            way = nearest_sample(np.array([extent.lab]), labs, SHAPE)
+            is_near = way < NEAR and extent.growth < MOST_GROWTH
+            share = extent.pixels / max(pooled.pixels, 1)
+            is_whole = share > LEAST_PRESENT or extent.growth < pooled.growth
+            return bool(is_near and is_whole and extent.pixels > FEWEST_LEFT * known.pixels)
+
+        allowed = 0 if is_new else known.pixels / FEWEST_LEFT
+        is_followed = not (is_new or color.is_sampled or color.inverted)
+        for lab in (labs[-1], color.lab) if is_followed else (color.lab,):
+            extent = self._find(pool, lab, allowed)
+            if extent is not None and (is_new or is_same(extent)):
+                if extent.pixels < LEAST_PRESENT * known.pixels:
+                    self._start_anew(stamp)  # since another color has come, its shades are beyond
+                self._take(extent)
+                break
+        return True
+
+    def extend(
+        self,
+        cells: NDArray[np.uint16],
+        now: NDArray[np.float64],
+        share: float,
+        stamp: int,
+        is_present: bool,
+        is_due: bool,
+    ) -> bool:
+        """Follow the shades of its objects, and leave out strangers.
+
+        :param cells, now: (H, W) and (65536,) of :func:`sample_colors`; share: weight of the
+            picture.
+        :returns: whether any shades are given up.
+        """
+        extent, is_seen = self.found, False
+        if extent is None or self.color.is_sampled or self.color.inverted:
+            return False
+        if is_present:
+            extent = self._part(cells, now, stamp, extent)
+            pause = LOOK_SECONDS if self._is_new(stamp) else SHADES_SECONDS
+            apart = [*self.apart, *self._strangers.apart]
+            is_seen = self._shades.follow(cells, now, extent, apart, share, stamp, pause)
+        if not is_due or is_seen:
+            return False
+        return self._shades.leave(now, extent, extent.pixels / FEWEST_LEFT)
+
+    def resolve(self) -> ReferenceColor:
+        """The color, with estimates for what was not given."""
+        if self.found is None:
+            return replace(self.color, lab=NOWHERE, tolerance=NOTHING, samples=(), inverted=False)
+        extent, shades = self._shades.whole(self.found), self._shades.shades
+        dL, da, db = (min(axis, MAX_TOLERANCE) for axis in extent.axes)
+        return replace(
+            self.color,
+            lab=extent.lab,
+            tolerance=max(da, db),
+            tolerance_lab=(dL, da, db),
+            samples=self.color.samples if shades is None else shades,
+        )
+
+    def _part(
+        self, cells: NDArray[np.uint16], now: NDArray[np.float64], stamp: int, extent: Extent
+    ) -> Extent:
+        """Find the extent anew if it includes strangers: from then on, the color is new again."""
+        whole, lab = self._shades.whole(extent), self.color.lab
+        own = self._strangers.part(cells, now, lab, whole, lambda: self._find(now, lab))
+        if own is whole:
+            return extent
+        self._take(own)
+        self._start_anew(stamp)
+        return own
+
+    def _start_anew(self, stamp: int) -> None:
+        """Search for the shades soon, and let the color change without restriction."""
+        self._shades.restart()
+        self.since = stamp
+
+    def _is_new(self, stamp: int) -> bool:
+        return 0 <= stamp - self.since <= POOL_SECONDS * NANOSECONDS
+
+    def _take(self, extent: Extent) -> None:
+        self.found = self._lit = extent
+
+    def _find(
+        self, counts: NDArray[np.float64], lab: Triple, allowed: float = 0.0
+    ) -> Extent | None:
+        color, apart = self.color, [*self.apart, *self._strangers.apart]
+        known = lab, color.samples, color.others
+        found = find_extent(counts, *known, self.largest_share, allowed=allowed, apart=apart)
+        if found is None or not color.inverted:
+            return found
+        # The rest shrinks as the background color grows: a lot if the background is unevenly lit.
+        rest = counts.sum() - found.pixels
+        return found if found.growth * found.pixels < MOST_GROWTH * rest else None
