@@ -17,6 +17,11 @@ THROWN_AT, ROLLED_AT = 5.0, 1.0
 m/s, and rolled at walking pace. Assumed."""
 
 
+THINNEST = 1e-3
+"""Least diameter of objects [m]: smaller ones are no blob for any camera, and in another unit
+than meters most likely. Chosen."""
+
+
 @dataclass(frozen=True)
 class KindConfig(Config):
     """Properties of the objects of one color, NAME.diameter and so on."""
@@ -191,9 +196,14 @@ class LocatorConfig(Config):
     def check(self) -> None:
         """Check that each color has a source of range.
 
-        :raises ValueError: the diameter that the method needs is missing.
+        :raises ValueError: the diameter that the method needs is missing, or too small.
         """
         for kind in self.colors:
+            if 0 < kind.config.diameter < THINNEST:
+                raise ValueError(
+                    f'{kind.name}.diameter: expected 0, which is not known, or at least {THINNEST} '
+                    f'm, got {kind.config.diameter:g}'
+                )
             aloft = kind.config.motion in ALOFT
             if kind.config.diameter == 0 and (
                 self.method == 'size' or (aloft and self.method in ('ground', 'fused'))

@@ -270,3 +270,10 @@ def test_an_object_that_was_moved_is_found_again_and_told_of():
 def test_a_method_that_needs_the_diameter_asks_for_it():
     with pytest.raises(ValueError, match=r'red\.diameter: expected the diameter'):
         LocatorConfig(method='size', colors=(Kind('red', KindConfig()),))
+
+
+def test_a_diameter_that_no_camera_sees_is_refused():
+    """As of a ball of 0.0002 m; below 1e-9 m NumPy warned in each picture."""
+    for diameter in (1e-12, 2e-4):
+        with pytest.raises(ValueError, match=r'red\.diameter: expected 0, .* at least 0\.001 m'):
+            LocatorConfig(colors=(Kind('red', KindConfig(diameter=diameter)),))
