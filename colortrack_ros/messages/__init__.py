@@ -6,6 +6,7 @@ A message that is inconsistent or violates its contract raises MessageError.
 from colortrack_ros.messages.boxes import BOXES
 from colortrack_ros.messages.boxes import BoxReader
 from colortrack_ros.messages.camera_info import camera_info_of_frame
+from colortrack_ros.messages.camera_info import image_size_of_camera_info
 from colortrack_ros.messages.camera_info import image_size_of_serialized_camera_info
 from colortrack_ros.messages.camera_info import load_camera_info
 from colortrack_ros.messages.camera_info import save_camera_info
@@ -61,6 +62,7 @@ __all__ = [
     'header_of',
     'image_of_depth',
     'image_of_frame',
+    'image_size_of_camera_info',
     'image_size_of_serialized_camera_info',
     'load_camera_info',
     'locations_of_cloud',

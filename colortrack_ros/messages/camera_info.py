@@ -107,12 +107,19 @@ def camera_info_of_frame(frame: Frame, info: CameraInfo) -> CameraInfo:
 def image_size_of_serialized_camera_info(cdr: bytes) -> tuple[int, int]:
     """Width and height of the pictures that a serialized CameraInfo describes [px].
 
+    :raises MessageError: these are not the bytes of a CameraInfo, or one of the two is zero.
+    """
+    return image_size_of_camera_info(message_of_serialized(cdr, CameraInfo))
+
+
+def image_size_of_camera_info(info: CameraInfo) -> tuple[int, int]:
+    """Width and height of the pictures that a CameraInfo describes [px].
+
     They are those of its region of interest, if it has one, after binning.
 
     :return: zeros if the message gives none.
-    :raises MessageError: these are not the bytes of a CameraInfo, or one of the two is zero.
+    :raises MessageError: one of the two is zero.
     """
-    info = message_of_serialized(cdr, CameraInfo)
     width, height = info.roi.width or info.width, info.roi.height or info.height
     if bool(width) != bool(height):
         raise MessageError(f'CameraInfo: expected a width and a height, got {width} x {height}')

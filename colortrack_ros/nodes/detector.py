@@ -16,6 +16,7 @@ from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection.regions import Regions
 from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import image_of_frame
+from colortrack_ros.node_kit.calibrated_size import CalibratedSize
 from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.diagnostics import WARN
 from colortrack_ros.node_kit.intake import configure
@@ -40,6 +41,9 @@ class DetectorSetup(NodeSetup):
     intake: IntakeConfig = part(IntakeConfig)
     detections_topic: str = topic_name('detections', 'the detections that are published')
     debug_topic: str = topic_name('detector/mask', 'the mask, published while somebody subscribes')
+    camera_info_topic: str = topic_name(
+        'camera/camera_info', 'the CameraInfo whose picture size is compared with that of images'
+    )
     pictures: PictureQueueConfig = part(PictureQueueConfig)
 
     def check(self) -> None:
@@ -58,6 +62,7 @@ class DetectorNode(ManagedNode[DetectorSetup]):
     def __init__(self, *, subscribe: bool = True, **options: Any) -> None:
         super().__init__('detector', DetectorSetup, **options)
         self._subscribe = subscribe
+        self._calibrated: CalibratedSize | None = None
         self._paused = False
         self.stage = worker_of(self, self._detect, self._refuse, self.setup.intake)
         self.stage.paused = True
@@ -72,6 +77,8 @@ class DetectorNode(ManagedNode[DetectorSetup]):
         offer(self, SetBool, '~/pause', self._pause)
         offer(self, Trigger, '~/learn_background', self._learn_background)
         if self._subscribe:
+            topic = self.setup.camera_info_topic
+            self._calibrated = CalibratedSize(self, topic, self.setup.intake.image_topic)
             receive_images(self, self.stage, self.setup.intake, self._refuse)
 
     def set_active(self, active: bool) -> None:
@@ -89,7 +96,10 @@ class DetectorNode(ManagedNode[DetectorSetup]):
         self.health.took_in()
         with self.lock:
             detections = self._detector.detect(frame)
-            self.health.note(self._detector.trouble, WARN)  # colors may be out of view
+            trouble = self._detector.trouble  # colors may be out of view
+            if self._calibrated is not None:
+                trouble = self._calibrated.trouble(frame) or trouble
+            self.health.note(trouble, WARN)
             if self._debug_publisher.get_subscription_count() > 0:
                 mask = dataclasses.replace(frame, image=self._detector.mask, encoding='mono8')
                 self._debug_publisher.publish(image_of_frame(mask))

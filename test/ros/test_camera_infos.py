@@ -1,6 +1,10 @@
 """CameraInfo that changes while a robot drives, as drivers that bin or crop send it."""
 
+import numpy as np
 import pytest
+from sensor_msgs.msg import CameraInfo
+from sensor_msgs.msg import Image
+from sensor_msgs.msg import PointCloud2
 from sensor_msgs.msg import RegionOfInterest
 from support.ball_before_camera import BALL
 from support.ball_before_camera import info
@@ -11,6 +15,8 @@ from support.ball_before_camera import START
 from support.locating_robot import FRAME
 from support.locating_robot import Robot
 
+from colortrack_ros.data import Frame
+from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import locations_of_cloud
 from colortrack_ros.world import CameraModel
 from colortrack_ros.world import Pose
@@ -69,3 +75,47 @@ def test_the_calibration_of_another_camera_is_told_by_its_frame(ros):
         "CameraInfo on camera/camera_info is of frame 'right', and pictures are of 'cam'"
     )
     assert ros.spin(lambda: len(robot.locations) == 1), ros.outputs()
+
+
+def detector_of(ros, change):
+    """A detector that has seen 25 pictures of 64x48, each with a CameraInfo as it is changed."""
+    detector, seen = ros.start('detector'), ros.listen(PointCloud2, 'detections')
+    pictures = ros.node.create_publisher(Image, 'camera/image_raw', 10)
+    infos = ros.node.create_publisher(CameraInfo, 'camera/camera_info', 10)
+    for publisher in (pictures, infos):
+        assert ros.spin(lambda p=publisher: p.get_subscription_count() == 1), ros.outputs()
+    ros.settle()
+    for k in range(25):
+        frame = Frame(np.zeros((48, 64, 3), np.uint8), 'bgr8', START + k * FRAME, 'cam')
+        message = CameraInfo(width=64, height=48)
+        message.header = image_of_frame(frame).header
+        change(message)
+        infos.publish(message)
+        pictures.publish(image_of_frame(frame))
+        assert ros.spin(lambda k=k: len(seen) == k + 1), ros.outputs()
+    return detector
+
+
+def test_the_calibration_of_larger_pictures_is_told(ros):
+    """All objects were located elsewhere, and before a robot that stands nothing told it."""
+
+    def calibrated_for_larger_ones(message):
+        message.width, message.height = 80, 60
+
+    detector_of(ros, calibrated_for_larger_ones).wait_for(
+        'CameraInfo on camera/camera_info is of 80x60 pictures, those on camera/image_raw have '
+        '64x48'
+    )
+
+
+def binned(message):
+    message.width, message.height, message.binning_x, message.binning_y = 129, 96, 2, 2
+
+
+def of_another_camera(message):
+    message.width, message.header.frame_id = 80, 'other'
+
+
+@pytest.mark.parametrize('change', [binned, of_another_camera, lambda message: None])
+def test_of_a_calibration_that_fits_nothing_is_told(ros, change):
+    assert 'pictures, those on' not in detector_of(ros, change).output
