@@ -59,13 +59,13 @@ def speeds(way, rng):
     }[way]  # fmt: skip
 
 
-def driven(speed, turn):
+def driven(speed, turn, dt=SCENE.dt):
     """Poses by speeds."""
     x = y = yaw = 0.0
     for v, w in zip(speed, turn, strict=True):
         yield Pose.of_rpy((x, y, 0), (0, 0, yaw))
-        yaw += w * SCENE.dt
-        x, y = x + v * SCENE.dt * np.cos(yaw), y + v * SCENE.dt * np.sin(yaw)
+        yaw += w * dt
+        x, y = x + v * dt * np.cos(yaw), y + v * dt * np.sin(yaw)
 
 
 def each(told):
