@@ -29,6 +29,7 @@ from colortrack_ros.world.state import SHIFT
 from colortrack_ros.world.state import SIZE
 from colortrack_ros.world.state import TILT
 from colortrack_ros.world.state import time_of
+from colortrack_ros.world.state import VELOCITY
 from colortrack_ros.world.view import View
 
 U, V, PLANE, BLOB, DEPTH = range(5)
@@ -153,6 +154,10 @@ def predicted(
 ) -> tuple[Floats, Floats]:
     """Return what a camera measures of states at its errors; see :func:`expected`.
 
+    Objects are where the first camera sees them at its stamps. If those of another one are farther
+    apart from odometry, it sees them when they have moved on. How far the first ones are apart is
+    told by the robot's own motion only, so that velocities, not known at first, say nothing of it.
+
     :param state: (N, 8); errors: (N, 9 C) of all cameras.
     :return: the Jacobian by the states, (N, 5, 8), and the one by the errors beside the measured
         values, (N, 5, 9 C + 1).
@@ -162,11 +167,19 @@ def predicted(
     if view.way is not None:
         time = time_of(camera, count)
         mean[:, OF_MOUNT] += errors[:, time, None] * view.moves
+        if camera:
+            apart = errors[:, time, None] - errors[:, time - camera, None]
+            mean[:, POSITION] += apart * mean[:, VELOCITY]
     z, H = expected(view, mean, kinds.diameter, ground + kinds.height, sized)
     rest = np.zeros((len(z), 5, count + 1))
     rest[:, :, own], rest[:, :, -1] = H[:, :, OF_OBJECT:], z
     if view.way is not None:
         rest[:, :, time] = H[:, :, OF_MOUNT] @ view.moves
+        if camera:
+            moved = (H[:, :, POSITION] @ mean[:, VELOCITY, None])[..., 0]
+            rest[:, :, time] += moved
+            rest[:, :, time - camera] -= moved
+            H[:, :, VELOCITY] += apart[:, :, None] * H[:, :, POSITION]
     return H[:, :, :OF_OBJECT], rest
 
 

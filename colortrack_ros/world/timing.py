@@ -24,8 +24,8 @@ reaches it (Markov's inequality); of 100 runs of robots of others that are set u
 most. Chosen."""
 
 RESTARTS = (
-    'pictures fit odometry, or TF, better if their stamps are apart by a constant: objects '
-    'restart, and how much it is will be estimated'
+    'pictures fit odometry, or TF, or those of other cameras, better if their stamps are apart by '
+    'a constant: objects restart, and how much it is will be estimated'
 )
 
 SURELY_APART = 4.0

@@ -11,6 +11,7 @@ sys.path.append(str(ROOT / 'benchmark'))
 
 import world_scene
 import world_strangers
+import world_wrong
 
 from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.course import way_at
@@ -57,6 +58,29 @@ def test_a_picture_that_is_stamped_early_is_expected_where_the_robot_is_by_then(
     np.testing.assert_allclose(found[0, :2, -1], right[0, :2], atol=0.1)
     np.testing.assert_allclose(
         early * found[0, :2, TIME], right[0, :2] - wrong[0, :2, -1], atol=0.1
+    )
+
+
+def test_what_moves_is_expected_where_it_is_when_another_camera_sees_it():
+    """Before a robot that stands, only this tells that stamps of two cameras are apart."""
+    stands = View(world_scene.CAMERA, robot_at(0), MOUNT, np.zeros(6))
+    kinds, errors, step = Kinds.of(config()), np.zeros((1, 18)), 1e-5
+    errors[0, 16:] = -0.02, 0.03
+    state = np.zeros((1, 8))
+    state[:, :3], state[:, 3:5] = stands.optical.apply(np.array([[0.2, 0.1, 3.0]])), (0.4, -1.0)
+    later = np.append(state, np.zeros((1, 8)), 1)
+    later[0, :3] += 0.05 * later[0, 3:6]
+    right, _ = expected(stands, later, kinds.diameter, 0.1)
+    by_state, found = predicted(stands, state, errors, kinds, 0.0, camera=1)
+    np.testing.assert_allclose(found[0, :, -1], right[0], atol=1e-9)
+    rows = [0, 1, 4]  # of sizes, the slope leaves out how the lens changes
+    _, moved = predicted(stands, state, errors + step * np.eye(18)[17], kinds, 0.0, camera=1)
+    slope = (moved - found)[0, rows, -1] / step
+    np.testing.assert_allclose(found[0, rows, 17], slope, rtol=1e-4)
+    np.testing.assert_allclose(found[0, rows, 16], -slope, rtol=1e-4)
+    _, moved = predicted(stands, state + step * np.eye(8)[3], errors, kinds, 0.0, camera=1)
+    np.testing.assert_allclose(
+        by_state[0, rows, 3], (moved - found)[0, rows, -1] / step, rtol=1e-3, atol=1e-3
     )
 
 
@@ -120,3 +144,13 @@ def test_if_they_may_be_apart_as_configured_nothing_starts_anew():
 def test_of_right_stamps_nothing_is_told(name):
     _, _, lines = world_strangers.once(world_strangers.ROBOTS[name], 'ground', 41)
     assert not any('stamps' in line for line in lines)
+
+
+@pytest.mark.slow
+def test_stamps_of_two_cameras_that_are_apart_are_told_before_a_robot_that_stands():
+    """By what rolls; before, heights of objects were said to be off after a second or more."""
+    wrong = world_wrong.WRONG['stamps 50 ms late, 30 ms early']
+    out = world_wrong.Run(wrong, 'two cameras', 'stands', 501).outcome()
+    assert 'or those of other cameras, better if their stamps are apart' in out.line
+    assert out.when < 1
+    assert not out.silent
