@@ -16,6 +16,7 @@ from colortrack_ros.windows.appearance import Sighting
 from colortrack_ros.windows.lasting import sizes
 from colortrack_ros.windows.matching import Matches
 from colortrack_ros.windows.one_place import crowded_out
+from colortrack_ros.windows.past import Past
 
 RINGS = 20
 """Rings of places to search around the last position of a lost target. In steps of the smallest
@@ -46,32 +47,33 @@ def left_out(records: Records) -> list[int]:
 
 
 def sight(
-    frame: Frame, records: Records, matches: Matches, valid: Bools, predicted: Floats
+    frame: Frame, records: Records, matches: Matches, valid: Bools, predicted: Floats, past: Past
 ) -> dict[int, Sighting]:
-    """Search for targets by their appearance.
+    """Search for targets by their appearance; return sightings by index of the track.
 
     A target that was just seen for sure, and whose template is found, is skipped in every other
     frame, in which its size is estimated instead (see learn).
 
     Where the template is not found, or is found away from where the target is clearly seen, the
     sighting replaces the match. (A template that has learned some background stays there with it.)
-    A target seen where another one is, and less clearly, is not seen at all: see crowded_out.
+    A target seen where another one is, and less clearly, is not seen at all: see crowded_out. Nor
+    is one at a place that showed the same without it: see Past.
 
     :param records: of the N tracks.
     :param valid: (N,) whether the template is found; set where the target is seen.
     :param predicted: (N, 2) u, v [px].
-    :return: sightings by index of the track.
     """
     sightings, looks, turns = {}, records['looks'], records['turns']
     records['unfound'] = np.where(valid, 0, records['unfound'] + 1)
     inside = is_inside(predicted, *frame.image.shape[:2])
     for i, appearance in enumerate(records['appearance']):
-        if not inside[i]:
+        left = valid[i] and _is_background(frame, records, i, matches.z[i], past)
+        if left or not inside[i]:
             valid[i], looks[i] = False, max(looks[i], 1)
         just_sized = valid[i] and looks[i] == 0 and _are_sized(turns[i] + 1)
         if just_sized or not appearance:  # it was off until now: see learn
             continue
-        seen = _seek(frame, records, i, matches.z[i] if valid[i] else None, predicted[i])
+        seen = _seek(frame, records, i, matches.z[i] if valid[i] else None, predicted[i], past)
         if seen is None:
             continue
         sightings[i] = seen
@@ -86,7 +88,7 @@ def sight(
 
 
 def _seek(
-    frame: Frame, records: Records, i: int, found: Floats | None, predicted: Floats
+    frame: Frame, records: Records, i: int, found: Floats | None, predicted: Floats, past: Past
 ) -> Sighting | None:
     """Look for the i-th target; found: where its template is found, if it is.
 
@@ -96,7 +98,7 @@ def _seek(
     inside = np.clip(predicted, 0, np.array(frame.image.shape[1::-1]) - 1)
     near = NEARBY if (inside == predicted).all() else LEARNED
     seen: Sighting = appearance.look(frame, inside if found is None else found)
-    if appearance.likeness(seen) >= near:
+    if appearance.likeness(seen) >= near and not _is_background(frame, records, i, seen.z, past):
         return seen
     if found is not None:
         return None
@@ -104,8 +106,16 @@ def _seek(
     # The more places have been searched, the likelier one resembles the target by chance.
     if appearance.likeness(seen) < near + RARER * np.log(looks + 1):
         return None
+    if _is_background(frame, records, i, seen.z, past):
+        return None
     records['looks'][i] = max(looks, 1)  # lost, even if it was just seen
     return seen
+
+
+def _is_background(frame: Frame, records: Records, i: int, place: Floats, past: Past) -> bool:
+    """Return whether a place (u, v) [px] is known to show what is there without the target."""
+    box = np.concatenate([place, sizes(records)[i]])
+    return past.showed(frame, int(records['track_id'][i]), box)
 
 
 def are_doubtful(

@@ -28,6 +28,7 @@ from colortrack_ros.windows.matching import match_templates
 from colortrack_ros.windows.matching import Matches
 from colortrack_ros.windows.motion import agreed
 from colortrack_ros.windows.motion import Motion
+from colortrack_ros.windows.past import Past
 from colortrack_ros.windows.sighting import are_doubtful
 from colortrack_ros.windows.sighting import are_faint
 from colortrack_ros.windows.sighting import learn
@@ -81,7 +82,7 @@ class WindowTracker:
 
     def _start(self, first_id: int) -> None:
         none = Motion.of_new(np.zeros((0, 2)), self.config)
-        self._tracks = TrackTable(none, WINDOW_FIELDS, first_id)
+        self._tracks, self._past = TrackTable(none, WINDOW_FIELDS, first_id), Past()
 
     def reset(self, why: str = '') -> None:
         """Delete all targets, and start the first ones again. IDs continue: none is used twice.
@@ -126,7 +127,7 @@ class WindowTracker:
         matches = self._match(frame, predicted)
         valid = matches.are_valid(self._tracks.records['similarity'], self.config)
         self.surfaces = matches.surfaces
-        given = frame, self._tracks.records, matches, valid, predicted
+        given = frame, self._tracks.records, matches, valid, predicted, self._past
         sightings = sight(*given) if self._is_learning else {}
         accepted = self._supervise(matches, valid, predicted)
         overdue = self._tracks.is_overdue(self._clock.now, self.config.max_time_since_update)
@@ -140,7 +141,11 @@ class WindowTracker:
         self._delete(frame)
         boxes, offered = self.waiting.take()
         self._initiate(frame, boxes[~offered])
-        self._initiate(frame, self._unfollowed(boxes[offered]))
+        position = self._tracks.filters.bank.estimate()[0][:, :2]
+        new = ~are_centered_in(boxes, position, sizes(self._tracks.records))
+        self._initiate(frame, boxes[offered & new])
+        if self._is_learning:
+            self._past.keep(frame, self._tracks.records)
         return Tracks(self._rows(frame), frame.stamp, frame.frame_id, self._clock.tell_restart())
 
     def _see(self, kind: str) -> None:
@@ -259,13 +264,6 @@ class WindowTracker:
         if not kept.all():
             self._tracks.keep(kept)
 
-    def _unfollowed(self, boxes: Floats) -> Floats:
-        """Boxes whose centers are in no target's box."""
-        if not len(boxes):
-            return boxes
-        records, position = self._tracks.records, self._tracks.filters.bank.estimate()[0][:, :2]
-        return boxes[~are_centered_in(boxes, position, sizes(records))]
-
     def _initiate(self, frame: Frame, boxes: Floats) -> None:
         """Start targets on boxes."""
         if not len(boxes):
@@ -279,6 +277,7 @@ class WindowTracker:
         new['last'], new['seen'], new['followed'] = center[:, None], center, self._clock.now
         new['box_w'], new['box_h'] = box.T
         new['bias'] = bias_of_box(box, self.config.box_error)
+        self._past.begin(frame, new['track_id'].tolist(), np.concatenate([center, box], axis=1))
         wanted = self.config.window or np.maximum(box, LEAST_SIDE)
         size = np.array(frame.image.shape[1::-1])
         odd = np.broadcast_to(np.minimum(wanted, size).astype(int) - 1 | 1, box.shape)

@@ -1,0 +1,143 @@
+"""Places that looked the same while their target was not there: they show its background."""
+
+from collections import deque
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.estimation.records import Records
+from colortrack_ros.windows.features import to_gray
+from colortrack_ros.windows.lasting import sizes
+
+KEPT_EVERY, KEPT_PICTURES = 0.25, 16
+"""Time from one picture to the next [s], and how many are kept: 4 s, as long as most of what is
+followed takes to walk its own length. Assumed."""
+
+KEPT_PIXELS = 320 * 240
+"""Least number of pixels of a picture that is kept; larger ones are kept a whole number of times
+smaller. Assumed: half a camera's usual 640x480, whose noise is a quarter."""
+
+LEAST_PLACE, MOST_ALONG = 36, 32
+"""Fewest pixels of a place there that are compared, and the most along either side. Assumed: 36
+of noise alone correlate by 0.17 (1 / sqrt(36)), far below what is asked for."""
+
+SAME_AS_BEFORE = 0.9
+"""Least correlation of a place with what it showed before. Of MOT16-09 and 11, KITTI-17,
+TUD-Campus, and Stadtmitte, forwards and backwards, none of 6,983 windows on their target has as
+much, and 7 % of 1,056 on nothing (benchmark/notes/windows.md)."""
+
+LEFT_SHARE = 0.25
+"""Largest share left of what the first box had that was not there before: less than a part that
+could still be the target. Assumed; on KITTI-17 and TUD-Stadtmitte 0.05 to 0.2 are left."""
+
+LEAST_WITNESSES = 2
+"""Pictures that have to agree: in one alone, something like the target may have passed there."""
+
+
+class _Picture(NamedTuple):
+    """A picture as it was kept.
+
+    gray: (rows, columns); stamp [ns]; shape: of the frame; boxes: of targets that were seen in it,
+    by ID: u, v of the center, width and height [px]; unlike: one minus the correlation of first
+    boxes with their place in it, by ID, of targets that are newer.
+    """
+
+    gray: NDArray[np.uint8]
+    stamp: int
+    shape: tuple[int, ...]
+    boxes: dict[int, list[float]]
+    unlike: dict[int, float]
+
+
+class Past:
+    """Pictures of the last seconds, and where the targets were in them."""
+
+    def __init__(self) -> None:
+        self._pictures: deque[_Picture] = deque(maxlen=KEPT_PICTURES)
+
+    def keep(self, frame: Frame, records: Records) -> None:
+        """Keep a frame if the last one is old enough, and where targets are seen in it."""
+        if self._pictures and frame.stamp - self._pictures[-1].stamp < KEPT_EVERY * NANOSECONDS:
+            return
+        shape, times = frame.image.shape, _times(frame)
+        size = shape[1] // times, shape[0] // times
+        part = frame.image[: size[1] * times, : size[0] * times]
+        small = np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA), np.uint8)
+        gray = to_gray(small, frame.encoding).astype(np.uint8)
+        box, ids = np.concatenate([records['seen'], sizes(records)], axis=1), records['track_id']
+        seen = np.flatnonzero(records['looks'] == 0)
+        boxes = dict(zip(ids[seen].tolist(), box[seen].tolist(), strict=True))
+        self._pictures.append(_Picture(gray, frame.stamp, shape, boxes, {}))
+
+    def begin(self, frame: Frame, ids: list[int], boxes: Floats) -> None:
+        """Note what the places of first boxes showed before.
+
+        :param boxes: (N, 4) u, v of the center, width and height [px].
+        """
+        pictures = [p for p in self._pictures if p.shape == frame.image.shape]
+        for track_id, box in zip(ids, boxes, strict=True):
+            for picture, alike in zip(pictures, _likeness(frame, box, pictures), strict=True):
+                picture.unlike[track_id] = 1 - float(alike)
+
+    def showed(self, frame: Frame, track_id: int, box: Floats) -> bool:
+        """Return whether a place looked as it does now while a target was not there.
+
+        It was not if it was seen beside that place, or if it is newer, and its first box showed
+        something that had not been there.
+
+        :param box: the place: u, v of the center, width, height [px].
+        """
+        pictures, most, place = [], [], box.tolist()
+        for picture in self._pictures:
+            if picture.shape != frame.image.shape:
+                continue
+            if picture.unlike.get(track_id, 0.0) > 1 - SAME_AS_BEFORE:
+                limit = min(LEFT_SHARE * picture.unlike[track_id], 1 - SAME_AS_BEFORE)
+            elif track_id in picture.boxes and _are_apart(picture.boxes[track_id], place):
+                limit = 1 - SAME_AS_BEFORE
+            else:
+                continue
+            pictures.append(picture)
+            most.append(limit)
+        if len(pictures) < LEAST_WITNESSES:
+            return False
+        unlike = 1 - _likeness(frame, box, pictures)
+        return bool(np.count_nonzero(unlike < most) >= LEAST_WITNESSES)
+
+
+def _are_apart(one: list[float], other: list[float]) -> bool:
+    """Return whether two boxes of u, v of the center, width and height do not overlap."""
+    (u, v, w, h), (other_u, other_v, other_w, other_h) = one, other
+    return 2 * abs(u - other_u) >= w + other_w or 2 * abs(v - other_v) >= h + other_h
+
+
+def _times(frame: Frame) -> int:
+    """How many times smaller a frame is kept."""
+    height, width = frame.image.shape[:2]
+    return max(int((height * width / KEPT_PIXELS) ** 0.5), 1)
+
+
+def _likeness(frame: Frame, box: Floats, pictures: list[_Picture]) -> Floats:
+    """Return correlations of a place now with the same place in n pictures, (n,); 0: unknown."""
+    times, nothing = _times(frame), np.zeros(len(pictures))
+    size = np.array(frame.image.shape[1::-1]) // times
+    low = np.clip(np.ceil((box[:2] - box[2:] / 2) / times), 0, size).astype(int)
+    high = np.clip(np.floor((box[:2] + box[2:] / 2) / times), low, size).astype(int)
+    (left, top), (right, bottom), (w, h) = low.tolist(), high.tolist(), (high - low).tolist()
+    if not pictures or w * h < LEAST_PLACE:
+        return nothing
+    steps = np.s_[:: -(-h // MOST_ALONG), :: -(-w // MOST_ALONG)]
+    part = frame.image[top * times : bottom * times, left * times : right * times]
+    small = np.asarray(cv2.resize(part, (w, h), interpolation=cv2.INTER_AREA), np.uint8)
+    now = to_gray(small, frame.encoding)[steps].ravel()
+    then = np.array([p.gray[top:bottom, left:right][steps] for p in pictures], np.float32)
+    then = then.reshape(len(pictures), -1)
+    then -= then.mean(axis=1, keepdims=True)
+    now = now - now.mean()
+    norm = np.sqrt(np.dot(now, now) * np.einsum('ij,ij->i', then, then))
+    return np.asarray(np.divide(then @ now, norm, out=nothing, where=norm > 0))

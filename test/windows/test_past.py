@@ -1,0 +1,121 @@
+"""A window is not said to be on its target at a place that looked the same without it."""
+
+import numpy as np
+import pytest
+from support.window_pictures import frame
+from support.window_pictures import texture
+
+from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import Frame
+from colortrack_ros.windows import WindowTracker
+from colortrack_ros.windows.past import Past
+
+HERE, THERE = np.array([100.0, 120.0, 30.0, 60.0]), np.array([200.0, 120.0, 30.0, 60.0])
+RIGHT = np.array([1000.0, 0.0, 0.0, 0.0])
+WALL, THING = 0.6 * texture(40, 240, 320) + 50, texture(41, 60, 30)
+
+
+def shown(box=None, k=0, wall=WALL):
+    """The wall, and the thing before it; four frames a second."""
+    picture = wall.copy()
+    if box is not None:
+        left, top = (box[:2] - box[2:] / 2).astype(int)
+        picture[top : top + 60, left : left + 30] = THING
+    return frame(picture, k, rate=4.0)
+
+
+def seen_at(box, looks=0):
+    """Records of one target."""
+    return {
+        'track_id': np.array([1]), 'seen': box[None, :2], 'looks': np.array([looks]),
+        'box_w': box[None, 2], 'box_h': box[None, 3],
+    }  # fmt: skip
+
+
+def past_of(boxes, looks=0):
+    past = Past()
+    for k, box in enumerate(boxes):
+        past.keep(shown(box, k), seen_at(box, looks))
+    return past
+
+
+def test_a_place_that_showed_the_same_while_the_target_was_elsewhere_is_not_the_target():
+    past = past_of([HERE, HERE])
+    assert past.showed(shown(HERE, 2), 1, THERE)
+    assert not past.showed(shown(THERE, 2), 1, THERE)
+    assert not past.showed(shown(HERE, 2), 1, HERE)
+    beside = HERE + 0.02 * RIGHT
+    assert not past.showed(shown(HERE, 2), 1, beside)  # it was partly there
+    assert not past.showed(shown(HERE, 2), 2, THERE)  # nobody knows where that one was
+
+
+@pytest.mark.parametrize(('boxes', 'looks'), [([HERE], 0), ([HERE, THERE], 0), ([HERE] * 4, 1)])
+def test_one_picture_or_a_target_that_was_lost_tells_nothing(boxes, looks):
+    assert not past_of(boxes, looks).showed(shown(HERE, 4), 1, THERE)
+
+
+def test_pictures_are_kept_four_times_a_second_and_for_some_seconds():
+    past = Past()
+    for k in range(5):
+        past.keep(frame(WALL, k, rate=20.0), seen_at(HERE))
+    assert not past.showed(shown(None, 2), 1, THERE)  # one alone
+    past = past_of([HERE, HERE] + [THERE] * 16)
+    assert not past.showed(shown(HERE, 18), 1, THERE)
+
+
+def test_of_a_new_target_what_was_there_before_it_came_is_not_the_target():
+    past = past_of([THERE, THERE])  # another one's
+    past.begin(shown(HERE, 2), [7], HERE[None])
+    assert past.showed(shown(None, 3), 7, HERE)
+    assert not past.showed(shown(HERE, 3), 7, HERE)
+
+
+def test_a_new_target_that_had_been_there_all_along_is_not_doubted():
+    past = past_of([HERE, HERE])
+    noise = np.random.default_rng(5).normal(0, 2, WALL.shape)
+    past.begin(shown(HERE, 2), [7], HERE[None])
+    assert not past.showed(shown(HERE, 3), 7, HERE)
+    assert not past.showed(shown(HERE, 3, WALL + noise), 7, HERE)
+
+
+@pytest.mark.parametrize('box', [HERE * (1, 1, 0.1, 0.1), HERE + RIGHT, HERE * 20])
+def test_places_that_cannot_be_compared_tell_nothing(box):
+    past = past_of([THERE, THERE, THERE])
+    past.begin(shown(THERE, 3), [7], box[None])
+    assert not past.showed(shown(THERE, 3), 7, box)
+    assert not past.showed(shown(THERE, 3), 1, box)
+
+
+def test_pictures_of_another_size_and_without_texture_tell_nothing():
+    past = past_of([HERE, HERE])
+    large = Frame(np.repeat(shown(HERE).image, 2, axis=0), 'mono8', 10**9)
+    past.begin(large, [7], THERE[None])
+    assert not past.showed(large, 1, THERE)
+    past = Past()
+    for k in range(3):
+        past.keep(frame(0 * WALL, k, rate=4.0), seen_at(HERE))
+    assert not past.showed(frame(0 * WALL, 4, rate=4.0), 1, THERE)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('encoding', ['mono8', 'rgb8'])
+def test_a_window_does_not_stay_on_what_a_target_came_out_from_behind(encoding):
+    """Its first box shows mostly a pillar, on which the window stayed for as long as it stood."""
+    pillar = WALL.copy()
+    pillar[60:180, 90:113] = texture(42, 120, 23)
+    tracker, on_nothing = WindowTracker(), []
+    for k in range(64):
+        left = max(85 - 60 + 2 * k, 0) if k < 30 else 85 + 3 * (k - 30)
+        picture = pillar.copy()
+        picture[90:150, left : left + 30] = THING
+        if k <= 34:
+            picture[60:180, 90:113] = pillar[60:180, 90:113]
+        if k == 30:
+            tracker.start([[85, 90, 30, 60]])
+        gray = np.clip(np.rint(picture), 0, 255).astype(np.uint8)
+        image = gray if encoding == 'mono8' else np.repeat(gray[..., None], 3, axis=2)
+        rows = tracker.update(Frame(image, encoding, round(k * 1e9 / 10))).rows
+        if k > 44:
+            off = [abs(float(r['u']) - left - 14.5) > 30 for r in rows if r['state'] == CONFIRMED]
+            on_nothing.append(any(off))
+    assert sum(on_nothing) <= 2
