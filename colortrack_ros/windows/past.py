@@ -35,9 +35,6 @@ LEFT_SHARE = 0.25
 """Largest share left of what the first box had that was not there before: less than a part that
 could still be the target. Assumed; on KITTI-17 and TUD-Stadtmitte 0.05 to 0.2 are left."""
 
-LEAST_WITNESSES = 2
-"""Pictures that have to agree: in one alone, something like the target may have passed there."""
-
 
 class _Picture(NamedTuple):
     """A picture as it was kept.
@@ -88,7 +85,7 @@ class Past:
         """Return whether a place looked as it does now while a target was not there.
 
         It was not if it was seen beside that place, or if it is newer, and its first box showed
-        something that had not been there.
+        something that had not been there. Two such pictures in a row have to agree.
 
         :param box: the place: u, v of the center, width, height [px].
         """
@@ -104,10 +101,11 @@ class Past:
                 continue
             pictures.append(picture)
             most.append(limit)
-        if len(pictures) < LEAST_WITNESSES:
+        if len(pictures) < 2:
             return False
-        unlike = 1 - _likeness(frame, box, pictures)
-        return bool(np.count_nonzero(unlike < most) >= LEAST_WITNESSES)
+        same = 1 - _likeness(frame, box, pictures) < most
+        # In one alone, or now and then, something like the target may have passed there.
+        return bool((same[1:] & same[:-1]).any())
 
 
 def _are_apart(one: list[float], other: list[float]) -> bool:

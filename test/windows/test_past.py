@@ -119,3 +119,20 @@ def test_a_window_does_not_stay_on_what_a_target_came_out_from_behind(encoding):
             off = [abs(float(r['u']) - left - 14.5) > 30 for r in rows if r['state'] == CONFIRMED]
             on_nothing.append(any(off))
     assert sum(on_nothing) <= 2
+
+
+def test_things_that_look_alike_and_pass_in_a_row_are_not_taken_for_what_stands_there():
+    """Bottles on a conveyor, 64 px apart, at 97 px/s: each has been where the last one is."""
+    belt = np.tile(np.concatenate([THING, np.full((60, 34), 90, np.float32)], axis=1), (1, 10))
+    past = Past()
+    for k in range(16):
+        left = round(97 * k / 4)
+        picture = WALL.copy()
+        picture[90:150] = np.roll(belt, left, axis=1)[:, :320]
+        past.keep(frame(picture, k, rate=4.0), seen_at(HERE))
+    doubted, picture = [], WALL.copy()
+    for left in range(64):
+        picture[90:150] = np.roll(belt, left, axis=1)[:, :320]
+        place = np.array([192.0 + left + 15, 120.0, 30.0, 60.0])
+        doubted.append(past.showed(frame(picture, 16, rate=4.0), 1, place))
+    assert sum(doubted) == 0
