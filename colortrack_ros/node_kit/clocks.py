@@ -12,6 +12,9 @@ from colortrack_ros.data import NANOSECONDS
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 """A clock for timers: a simulated clock may stand still."""
 
+CLOCK_LOOKED_EVERY = 0.02
+"""Interval [s] at which the first time is looked for: shorter than the period of any picture."""
+
 
 def seconds_of(node: Node) -> Callable[[], float]:
     """A function that returns a time [s].
@@ -49,6 +52,21 @@ class Elapsed:
 def lacks_clock(node: Node) -> bool:
     """Whether the node uses simulated time but nobody publishes it, as when a bag has ended."""
     return _is_simulated(node) and node.count_publishers('/clock') == 0
+
+
+def await_clock(node: Node, wait: Callable[[float], bool]) -> None:
+    """Wait until simulated time, if the node uses it, has come: before, it is 0.
+
+    :param wait: waits for so long [s]; returns whether to give up.
+    """
+    if _is_timeless(node):
+        node.get_logger().info('use_sim_time is true: waits for the first message on /clock')
+    while _is_timeless(node) and not wait(CLOCK_LOOKED_EVERY):
+        pass
+
+
+def _is_timeless(node: Node) -> bool:
+    return _is_simulated(node) and node.get_clock().now().nanoseconds == 0
 
 
 def _is_simulated(node: Node) -> bool:

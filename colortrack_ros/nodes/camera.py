@@ -24,6 +24,7 @@ from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.calibration import CalibrationServer
+from colortrack_ros.node_kit.clocks import await_clock
 from colortrack_ros.node_kit.clocks import Elapsed
 from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.managed import ManagedNode
@@ -147,6 +148,7 @@ class CameraNode(ManagedNode[CameraSetup]):
         self._window.answer(detections_of_serialized_cloud(cdr).stamp)
 
     def _play(self) -> None:
+        await_clock(self, self._closing.wait)  # stamps from 0 on fit no odometry and no TF
         self._await_subscribers()
         self._failures = 0
         while not self._closing.is_set():

@@ -7,6 +7,7 @@ import pytest
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import PointCloud2
 
 from colortrack_ros.messages import stamp_of
@@ -71,6 +72,20 @@ def test_what_has_passed_is_without_the_jumps_of_the_clock(ros):
     assert elapsed() - before == pytest.approx(8.5)
     node.set_parameters([Parameter('use_sim_time', value=False)])
     assert elapsed() - before < 60.0
+
+
+def test_a_camera_waits_for_the_first_time_of_a_simulated_clock(ros):
+    """Pictures were stamped from 0 on, for good, as no odometry and no TF are."""
+    infos = ros.listen(CameraInfo, '/camera/camera_info')
+    source = 'scene:single?width=80&height=60'
+    camera = ros.start('camera', source=source, loop='true', use_sim_time='true')
+    camera.wait_for('waits for the first message on /clock')
+    assert ros.spin(lambda: ros.node.count_publishers('/camera/camera_info') > 0)
+    ros.spin(lambda: False, 1.0)
+    hands = Hands(ros)
+    hands.run(1000.0, 2.0)
+    assert ros.spin(lambda: len(infos) > 5), ros.outputs()
+    assert 1000.0 <= stamp_of(infos[0].header) / 1e9 < 1010.0
 
 
 def flow(ros, names, tracks, said) -> None:
