@@ -137,7 +137,7 @@ class ColorFinder:
             if elapsed < 0:
                 sought.restart()
             if is_other:
-                sought.relight(light)
+                sought.relight(light, now)
         share = float(-np.expm1(-max(elapsed, 0) / POOL_SECONDS))
         self._pool += (now - self._pool) * share
         return share

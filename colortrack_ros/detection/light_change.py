@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.extent import Extent
+from colortrack_ros.detection.extent import measure
 from colortrack_ros.detection.growth import NO_LIGHT
 from colortrack_ros.detection.lab import lab_from_linear
 from colortrack_ros.detection.lab import linear_from_lab
@@ -39,9 +40,10 @@ LEAST_LIGHT_CHANGE = 0.03
 Assumed: at L = 50 it is the just noticeable difference of 2 (Mahy 1994)."""
 
 MOST_UNEVEN = 2 * LEAST_LIGHT_CHANGE
-"""Median difference of the changes of L + 16 from their median, relative, above which another scene
-is in sight: light changes all of it alike. In real changes it is up to 0.03, at cuts from 0.3
-(benchmark/notes/detector.md, Light that is not)."""
+"""Median difference of the changes of L + 16 from their median, relative, mean of the channels that
+change, above which another scene is in sight: light changes all of it alike. In real changes it is
+up to 0.03, at cuts from 0.3 (benchmark/notes/detector.md, Light that is not). One channel may have
+more, as a dark one, whose steps are coarse: blue of `cups` 0.085 where the light triples."""
 
 SAME_LIGHT = np.ones(3)
 
@@ -64,9 +66,12 @@ class LightChange:
         last, self._last = self._last, now
         if last.shape != now.shape:
             return SAME_LIGHT
-        gains = np.array([_gain(*pair) for pair in zip(last.T, now.T, strict=True)])
+        pairs = zip(last.T, now.T, strict=True)
+        gains, uneven = np.array([_gain(*pair) for pair in pairs]).T
         known = ~np.isnan(gains)
         if not known.any() or (gains == 0).any():
+            return SAME_LIGHT
+        if uneven.sum() > MOST_UNEVEN * np.count_nonzero(uneven):
             return SAME_LIGHT
         gains = self._rest * np.where(known, gains, np.nanmean(gains))
         if np.abs(np.cbrt(gains) - 1).max() <= LEAST_LIGHT_CHANGE:
@@ -89,18 +94,20 @@ def _means(frame: Frame) -> NDArray[np.float32]:
     return np.stack([channel.reshape(-1) for channel in split_rgb(mean, frame.encoding)], axis=1)
 
 
-def _gain(last: NDArray[np.float32], now: NDArray[np.float32]) -> float:
-    """Median change of a linear channel, (n,); NaN if unknown, 0 if it is not that of the light."""
+def _gain(last: NDArray[np.float32], now: NDArray[np.float32]) -> tuple[float, float]:
+    """Median change of a linear channel, (n,); NaN if unknown, 0 if it is not that of the light.
+
+    And the median difference of the changes of L + 16 from theirs, relative; 0 if they are little.
+    """
     shown = (np.minimum(last, now) >= DARKEST) & (np.maximum(last, now) <= LIGHTEST)
     ratio = linear_from_srgb(now[shown]) / linear_from_srgb(last[shown])
     if ratio.size < LEAST_SHOWN * now.size:
-        return float(np.nan)
+        return np.nan, 0.0
     gain = float(np.median(ratio))
     is_little = abs(np.cbrt(gain) - 1) <= LEAST_LIGHT_CHANGE
     if max(np.count_nonzero(ratio > 1), np.count_nonzero(ratio < 1)) < MAJORITY * ratio.size:
-        return 1.0 if is_little else 0.0
-    is_even = is_little or np.median(np.abs(np.cbrt(ratio / gain) - 1)) <= MOST_UNEVEN
-    return gain if is_even else 0.0
+        return (1.0 if is_little else 0.0), 0.0
+    return gain, 0.0 if is_little else float(np.median(np.abs(np.cbrt(ratio / gain) - 1)))
 
 
 def _limits_passed(picture: NDArray[np.float32]) -> Floats:
@@ -133,6 +140,21 @@ def as_shown(extent: Extent) -> Extent:
     """The extent of a color as a camera shows it: it gets no lighter than its lightest channel."""
     lightest = lightest_channel(extent.lab)
     return in_light(extent, SAME_LIGHT / lightest) if lightest > 1 else extent
+
+
+def is_as_before(
+    counts: NDArray[np.float64], known: Extent, lit: Extent, present: float, fewest: float
+) -> bool:
+    """Whether a color is in a picture as it was, and hardly as in other light.
+
+    Of two changes of the light, to and fro, one may not have been told. What is as the color was
+    may also be something else, as the wall in colder light; then the color is there as lit.
+
+    :param counts: (65536,) of :func:`sample_colors`; known, lit: the color before and after.
+    :param present: least share of its pixels as it was; fewest: from which on it is lit.
+    """
+    pixels, pixels_lit = (measure(counts, extent).pixels for extent in (known, lit))
+    return bool(pixels > present * known.pixels and pixels_lit < fewest * known.pixels)
 
 
 def lightest_channel(lab: Triple) -> float:

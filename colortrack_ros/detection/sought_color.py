@@ -18,6 +18,7 @@ from colortrack_ros.detection.growth import NEAR
 from colortrack_ros.detection.growth import nearest_sample
 from colortrack_ros.detection.light_change import as_shown
 from colortrack_ros.detection.light_change import in_light
+from colortrack_ros.detection.light_change import is_as_before
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.reference import Triple
@@ -93,12 +94,19 @@ class SoughtColor:
         """Search for the shades anew."""
         self._shades.restart()
 
-    def relight(self, light: NDArray[np.float64]) -> None:
-        """Follow a change of the light; light: (3,) factors of linear red, green, and blue."""
+    def relight(self, light: NDArray[np.float64], now: NDArray[np.float64]) -> None:
+        """Follow a change of the light, unless the color is there as before.
+
+        :param light: (3,) factors of linear red, green, and blue; now: (65536,) counts of the
+            picture.
+        """
+        if self._lit is None or self.found is None:
+            return
+        lit = in_light(self._lit, light)
+        if is_as_before(now, self.found, as_shown(lit), LEAST_PRESENT, FEWEST_LEFT):
+            return
+        self._lit, self.found = lit, as_shown(lit)
         self._shades.relight(light)
-        if self._lit is not None:
-            self._lit = in_light(self._lit, light)
-            self.found = as_shown(self._lit)
         self._strangers.relight(light)
 
     def renew(self, now: NDArray[np.float64], pool: NDArray[np.float64], stamp: int) -> bool:

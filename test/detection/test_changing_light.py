@@ -32,6 +32,7 @@ def step(low, high):
 LIGHTS = {
     'darker at once': step(1.0, 0.6),
     'lighter at once': step(0.6, 1.0),
+    'colder at once, as a ball was then is the wall': step(1.0, np.array([1.0, 0.85, 0.7])),
     'warmer in 4 s': lambda t: 1 + np.outer(min(t / 4, 1), [-0.3, -0.05, 0.1]),
 }
 
@@ -86,6 +87,20 @@ def test_a_color_is_known_again_in_the_light_that_came_while_its_thing_was_away(
         area[k] = detector.detect(frame).rows['area'].max(initial=0)
     assert area[24] > 0.5 * area[7], 'at once'
     assert area[35] == pytest.approx(area[7], rel=0.1)
+
+
+@pytest.mark.parametrize('rgb', [(250, 150, 20), (30, 90, 220)])
+def test_what_shines_by_itself_keeps_its_color_as_the_light_of_the_room_changes(rgb):
+    """So does what only seems to: the camera's exposure had changed before, which was not told.
+    Its color became a darker one, that is nowhere, for good.
+    """
+    room, detector = textured()[:240, :320], sought(rgb)
+    for k in range(16):
+        image = room * (1.0 if k < 8 else 0.6)
+        cv2.circle(image, (150, 120), 30, rgb[::-1], cv2.FILLED)
+        frame = Frame(noisy(image, seed=k), stamp=k * NANOSECONDS // 4)
+        rows = detector.detect(frame).rows
+        assert rows['area'].max(initial=0) == pytest.approx(np.pi * 30**2, rel=0.1), k
 
 
 @cache
@@ -176,6 +191,16 @@ def test_light_of_another_color_changes_channels_by_different_factors(encoding):
         gains = change.change(Frame((image * light).astype(np.uint8), encoding))
     order = slice(None) if encoding == 'rgb8' else slice(None, None, -1)
     assert gains.tolist() == pytest.approx((np.array(light) ** 2.2)[order].tolist(), rel=0.06)
+
+
+def test_a_dark_channel_whose_noise_hides_how_evenly_it_changes_hides_no_change_of_light():
+    """As blue of a scene in warm light, where the exposure jumps."""
+    rng = np.random.default_rng(1)
+    image = rng.uniform([14, 60, 70], [22, 80, 90], (60, 80, 3))  # blue first
+    noise = rng.normal(0, [4.0, 1.0, 1.0], (2, 60, 80, 3))
+    lighter = (image + 14) * 2.6 ** (1 / 2.4) - 14  # about the transfer curve of sRGB
+    gains = changes(LightChange(), image + noise[0], lighter + noise[1])
+    assert gains == pytest.approx([2.6] * 3, rel=0.1)
 
 
 def test_what_has_no_light_or_too_much_or_another_size_tells_nothing():
