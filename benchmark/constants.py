@@ -9,6 +9,7 @@ import os
 os.environ['OMP_NUM_THREADS'] = '1'
 os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
+import argparse
 import ast
 from contextlib import ExitStack
 from itertools import pairwise
@@ -118,7 +119,9 @@ def figures(sequences, measured, coasting):
 
 
 def main():
-    played, parts = worlds(), sys.argv[1:] or ['.']
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('names', nargs='*', metavar='NAME')
+    played, parts = worlds(), parser.parse_args().names or ['.']
     base = figures(*played)
     print('| constant | value | halved | doubled |\n|---|---|---|---|')
     print('| none | | ' + ', '.join(f'{k} {v:.1f}' for k, v in base.items()) + ' | |', flush=True)

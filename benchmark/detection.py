@@ -3,6 +3,7 @@
 python benchmark/detection.py prints the tables and writes out/benchmark_detection.json.
 """
 
+import argparse
 from dataclasses import replace
 import gc
 import itertools
@@ -237,4 +238,5 @@ def main():
 
 
 if __name__ == '__main__':
+    argparse.ArgumentParser(description=__doc__).parse_args()
     main()

@@ -4,6 +4,7 @@
 In place of the person, the truth says where the labels are wrong; its every answer is a click.
 """
 
+import argparse
 from pathlib import Path
 import tempfile
 import time
@@ -140,4 +141,5 @@ def main() -> None:
 
 
 if __name__ == '__main__':
+    argparse.ArgumentParser(description=__doc__).parse_args()
     main()

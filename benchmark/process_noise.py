@@ -3,6 +3,7 @@
 python benchmark/process_noise.py prints the table and writes out/process_noise.json.
 """
 
+import argparse
 import json
 from pathlib import Path
 import statistics
@@ -61,4 +62,5 @@ def main():
 
 
 if __name__ == '__main__':
+    argparse.ArgumentParser(description=__doc__).parse_args()
     main()

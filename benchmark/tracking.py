@@ -9,6 +9,7 @@ import os
 os.environ['OMP_NUM_THREADS'] = '1'
 os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
+import argparse
 import json
 import math
 from pathlib import Path
@@ -153,7 +154,9 @@ def summarize(results):
 
 
 def main():
-    chosen = sys.argv[1:]
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('names', nargs='*', metavar='NAME')
+    chosen = parser.parse_args().names
     results = {}
     for name, make in track(sequences().items(), description='tracking'):
         if chosen and not any(part in name for part in chosen):

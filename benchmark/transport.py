@@ -3,6 +3,7 @@
 python benchmark/transport.py prints the table and writes out/benchmark_transport.json.
 """
 
+import argparse
 import itertools
 import json
 import os
@@ -135,4 +136,5 @@ def main():
 
 
 if __name__ == '__main__':
+    argparse.ArgumentParser(description=__doc__).parse_args()
     main()
