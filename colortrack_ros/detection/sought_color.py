@@ -19,6 +19,7 @@ from colortrack_ros.detection.growth import nearest_sample
 from colortrack_ros.detection.light_change import as_shown
 from colortrack_ros.detection.light_change import in_light
 from colortrack_ros.detection.light_change import is_as_before
+from colortrack_ros.detection.light_change import lab_in_light
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.reference import Triple
@@ -66,6 +67,7 @@ class SoughtColor:
         self.found: Extent | None = None
         self.since = 0
         self._lit: Extent | None = None  # as the light has changed since, however light
+        self._lab = color.lab  # so is this
         self._strangers = Strangers()
         self._shades = ShadeFollower()
 
@@ -87,7 +89,7 @@ class SoughtColor:
         if (extent := self._find(counts, self.color.lab)) is None:
             return False
         self._take(extent)
-        self.since = stamp
+        self._lab, self.since = self.color.lab, stamp
         return True
 
     def restart(self) -> None:
@@ -106,6 +108,8 @@ class SoughtColor:
         if is_as_before(now, self.found, as_shown(lit), LEAST_PRESENT, FEWEST_LEFT):
             return
         self._lit, self.found = lit, as_shown(lit)
+        if not self.color.is_sampled:
+            self._lab = lab_in_light(self._lab, light)
         self._shades.relight(light)
         self._strangers.relight(light)
 
@@ -134,7 +138,7 @@ class SoughtColor:
 
         allowed = 0 if is_new else known.pixels / FEWEST_LEFT
         is_followed = not (is_new or color.is_sampled or color.inverted)
-        for lab in (labs[-1], color.lab) if is_followed else (color.lab,):
+        for lab in (labs[-1], color.lab) if is_followed else (self._lab,):
             extent = self._find(pool, lab, allowed)
             if extent is not None and (is_new or is_same(extent)):
                 if extent.pixels < LEAST_PRESENT * known.pixels:
@@ -188,7 +192,7 @@ class SoughtColor:
         self, cells: NDArray[np.uint16], now: NDArray[np.float64], stamp: int, extent: Extent
     ) -> Extent:
         """Find the extent anew if it includes strangers: from then on, the color is new again."""
-        whole, lab = self._shades.whole(extent), self.color.lab
+        whole, lab = self._shades.whole(extent), self._lab
         own = self._strangers.part(cells, now, lab, whole, lambda: self._find(now, lab))
         if own is whole:
             return extent

@@ -101,6 +101,17 @@ def test_cap_of_about_its_hue_does_not_make_a_stranger_of_the_ball_that_comes_ba
     assert rows['area'].max() > 0.9 * np.pi * 40**2
 
 
+@pytest.mark.slow
+def test_ball_in_other_light_is_no_stranger_of_one_that_looks_there_as_it_was_picked():
+    """The yellow one took its color, and it was lost for good, in its own light, too."""
+    yellow, warm = (220, 190, 40), (1.0, 0.7, 1.1)
+    detector = Detector(DetectorConfig(colors=(color_of(ORANGE, 0.7),)))
+    for k in range(40):
+        light = np.array(warm if 14 <= k < 30 else (1, 1, 1))
+        found = found_in(detector, balls(k, ORANGE, yellow if k > 20 else None, light=light))
+        assert (0, True) in found, k
+
+
 def test_equal_balls_in_other_light_are_no_strangers():
     dark = tuple(0.6 * x for x in RED)
     detector = Detector(DetectorConfig(colors=(color_of(RED, 0.9),)))
