@@ -31,6 +31,10 @@ SAME_AS_BEFORE = 0.9
 TUD-Campus, and Stadtmitte, forwards and backwards, none of 6,983 windows on their target has as
 much, and 7 % of 1,056 on nothing (benchmark/notes/windows.md)."""
 
+LOOKS_LIKE, SEEN_BESIDE = 0.5, 2
+"""Least correlation of things that look alike, and how far from its box [px] a thing that was seen
+may be. Assumed: different things correlate by chance, 0.17 as above."""
+
 LEFT_SHARE = 0.25
 """Largest share left of what the first box had that was not there before: less than a part that
 could still be the target. Assumed; on KITTI-17 and TUD-Stadtmitte 0.05 to 0.2 are left."""
@@ -104,8 +108,28 @@ class Past:
         if len(pictures) < 2:
             return False
         same = 1 - _likeness(frame, box, pictures) < most
+        for k in np.flatnonzero(same).tolist():
+            same[k] = not _was_alike(frame, pictures[k], track_id, box)
         # In one alone, or now and then, something like the target may have passed there.
         return bool((same[1:] & same[:-1]).any())
+
+
+def _was_alike(frame: Frame, picture: _Picture, track_id: int, box: Floats) -> bool:
+    """Return whether what was at a place then looked like a target that was seen elsewhere.
+
+    Such things may move on by one place, as on a belt that stops: they are no background.
+
+    :param box: the place.
+    """
+    if track_id not in picture.boxes:
+        return False
+    times, gray = _times(frame), picture.gray
+    there = gray[_part(box, times, gray.shape)]
+    wide = np.concatenate([picture.boxes[track_id][:2], box[2:] + 2 * SEEN_BESIDE * times])
+    around = gray[_part(wide, times, gray.shape)]
+    if min(np.subtract(around.shape, there.shape)) < 0:
+        return False
+    return bool(cv2.matchTemplate(around, there, cv2.TM_CCOEFF_NORMED).max() > LOOKS_LIKE)
 
 
 def _are_apart(one: list[float], other: list[float]) -> bool:
@@ -120,20 +144,32 @@ def _times(frame: Frame) -> int:
     return max(int((height * width / KEPT_PIXELS) ** 0.5), 1)
 
 
+def _part(box: Floats, times: int, size: tuple[int, ...]) -> tuple[slice, slice]:
+    """Return the rows and columns of a place in pictures that are kept so many times smaller.
+
+    :param size: their rows and columns.
+    """
+    limit = np.array(size[::-1])
+    low = np.clip(np.ceil((box[:2] - box[2:] / 2) / times), 0, limit).astype(int)
+    high = np.clip(np.floor((box[:2] + box[2:] / 2) / times), low, limit).astype(int)
+    (left, top), (right, bottom) = low.tolist(), high.tolist()
+    return slice(top, bottom), slice(left, right)
+
+
 def _likeness(frame: Frame, box: Floats, pictures: list[_Picture]) -> Floats:
     """Return correlations of a place now with the same place in n pictures, (n,); 0: unknown."""
     times, nothing = _times(frame), np.zeros(len(pictures))
-    size = np.array(frame.image.shape[1::-1]) // times
-    low = np.clip(np.ceil((box[:2] - box[2:] / 2) / times), 0, size).astype(int)
-    high = np.clip(np.floor((box[:2] + box[2:] / 2) / times), low, size).astype(int)
-    (left, top), (right, bottom), (w, h) = low.tolist(), high.tolist(), (high - low).tolist()
+    size = frame.image.shape[0] // times, frame.image.shape[1] // times
+    rows, columns = _part(box, times, size)
+    h, w = rows.stop - rows.start, columns.stop - columns.start
     if not pictures or w * h < LEAST_PLACE:
         return nothing
     steps = np.s_[:: -(-h // MOST_ALONG), :: -(-w // MOST_ALONG)]
-    part = frame.image[top * times : bottom * times, left * times : right * times]
+    inside = (slice(each.start * times, each.stop * times) for each in (rows, columns))
+    part = frame.image[tuple(inside)]
     small = np.asarray(cv2.resize(part, (w, h), interpolation=cv2.INTER_AREA), np.uint8)
     now = to_gray(small, frame.encoding)[steps].ravel()
-    then = np.array([p.gray[top:bottom, left:right][steps] for p in pictures], np.float32)
+    then = np.array([p.gray[rows, columns][steps] for p in pictures], np.float32)
     then = then.reshape(len(pictures), -1)
     then -= then.mean(axis=1, keepdims=True)
     now = now - now.mean()

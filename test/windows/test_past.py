@@ -136,3 +136,22 @@ def test_things_that_look_alike_and_pass_in_a_row_are_not_taken_for_what_stands_
         place = np.array([192.0 + left + 15, 120.0, 30.0, 60.0])
         doubted.append(past.showed(frame(picture, 16, rate=4.0), 1, place))
     assert sum(doubted) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('behind', [0, 4])
+def test_things_that_look_alike_and_move_on_by_one_place_are_not_doubted(behind):
+    """Parts on a belt that stops: each comes to stand where the one before it stood."""
+    tracker, on_target = WindowTracker(), 0
+    for k in range(48):
+        steps, rest = divmod(k, 16)
+        moved = round(64 * (steps + max(rest - 10, 0) / 6))
+        picture = WALL.copy()
+        for left in range(45 - 64 * behind + moved, 290, 64):
+            if left >= 0:
+                picture[90:150, left : left + 30] = THING
+        if k == 3:
+            tracker.start([[45, 90, 30, 60]])
+        rows = tracker.update(frame(picture, k, rate=10.0)).rows
+        on_target += any(r['state'] == CONFIRMED and abs(r['u'] - 60 - moved) < 5 for r in rows)
+    assert on_target >= 43
