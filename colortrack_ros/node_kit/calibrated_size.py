@@ -60,5 +60,5 @@ class CalibratedSize:
         return (
             f'CameraInfo on {self._topic} is of {width}x{height} pictures, those on '
             f'{self._pictures} have {columns}x{rows}: what locates by it is wrong; calibrate the '
-            'camera for this size'
+            'camera for this size, or set camera_info_topic to that of these pictures'
         )

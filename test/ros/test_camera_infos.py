@@ -104,7 +104,8 @@ def test_the_calibration_of_larger_pictures_is_told(ros):
 
     detector_of(ros, calibrated_for_larger_ones).wait_for(
         'CameraInfo on camera/camera_info is of 80x60 pictures, those on camera/image_raw have '
-        '64x48'
+        '64x48: what locates by it is wrong; calibrate the camera for this size, or set '
+        'camera_info_topic to that of these pictures'
     )
 
 
