@@ -186,7 +186,10 @@ def test_a_node_says_at_its_start_what_it_will_do(ros):
     source = 'scene:single'
     told = {
         'camera': [f'source {source}; rate 0.0; ', 'gives /camera/camera_info, /camera/image_raw'],
-        'detector': ["colors ['", 'takes /camera/image_raw; gives /detections'],
+        'detector': [
+            "colors ['",
+            'takes /camera/camera_info, /camera/image_raw; gives /detections',
+        ],
         'tracker': ['takes /camera/camera_info, /detections; gives /tracks, /tracks/markers'],
     }
     for name, texts in told.items():
