@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.extent import Extent
-from colortrack_ros.detection.extent import measure
 from colortrack_ros.detection.growth import NO_LIGHT
 from colortrack_ros.detection.lab import lab_from_linear
 from colortrack_ros.detection.lab import linear_from_lab
@@ -140,21 +139,6 @@ def as_shown(extent: Extent) -> Extent:
     """The extent of a color as a camera shows it: it gets no lighter than its lightest channel."""
     lightest = lightest_channel(extent.lab)
     return in_light(extent, SAME_LIGHT / lightest) if lightest > 1 else extent
-
-
-def is_as_before(
-    counts: NDArray[np.float64], known: Extent, lit: Extent, present: float, fewest: float
-) -> bool:
-    """Whether a color is in a picture as it was, and hardly as in other light.
-
-    Of two changes of the light, to and fro, one may not have been told. What is as the color was
-    may also be something else, as the wall in colder light; then the color is there as lit.
-
-    :param counts: (65536,) of :func:`sample_colors`; known, lit: the color before and after.
-    :param present: least share of its pixels as it was; fewest: from which on it is lit.
-    """
-    pixels, pixels_lit = (measure(counts, extent).pixels for extent in (known, lit))
-    return bool(pixels > present * known.pixels and pixels_lit < fewest * known.pixels)
 
 
 def lightest_channel(lab: Triple) -> float:

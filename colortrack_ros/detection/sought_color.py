@@ -18,7 +18,6 @@ from colortrack_ros.detection.growth import NEAR
 from colortrack_ros.detection.growth import nearest_sample
 from colortrack_ros.detection.light_change import as_shown
 from colortrack_ros.detection.light_change import in_light
-from colortrack_ros.detection.light_change import is_as_before
 from colortrack_ros.detection.light_change import lab_in_light
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
@@ -56,7 +55,8 @@ NOWHERE, NOTHING = (0.0, -128.0, -128.0), 1e-6
 class SoughtColor:
     """Estimates the tolerance of one color.
 
-    :param color: as configured; :param apart: the other colors, which other objects have.
+    :param color: as configured.
+    :param apart: the other colors, which other objects have.
 
     found: its extent; None until it is in the picture.
     since: when it was found, or found anew [ns].
@@ -105,9 +105,10 @@ class SoughtColor:
         if self._lit is None or self.found is None:
             return
         lit = in_light(self._lit, light)
-        if is_as_before(now, self.found, as_shown(lit), LEAST_PRESENT, FEWEST_LEFT):
+        shown = as_shown(lit)
+        if _is_as_before(now, self.found, shown):
             return
-        self._lit, self.found = lit, as_shown(lit)
+        self._lit, self.found = lit, shown
         if not self.color.is_sampled:
             self._lab = lab_in_light(self._lab, light)
         self._shades.relight(light)
@@ -222,3 +223,15 @@ class SoughtColor:
         # The rest shrinks as the background color grows: a lot if the background is unevenly lit.
         rest = counts.sum() - found.pixels
         return found if found.growth * found.pixels < MOST_GROWTH * rest else None
+
+
+def _is_as_before(counts: NDArray[np.float64], known: Extent, lit: Extent) -> bool:
+    """Whether a color is in a picture as it was, and hardly as in other light.
+
+    Of two changes of the light, to and fro, one may not have been told. What is as the color was
+    may also be something else, as the wall in colder light; then the color is there as lit.
+
+    :param counts: (65536,) of :func:`sample_colors`; known, lit: the color before and after.
+    """
+    pixels, pixels_lit = (measure(counts, extent).pixels for extent in (known, lit))
+    return pixels > LEAST_PRESENT * known.pixels and pixels_lit < FEWEST_LEFT * known.pixels

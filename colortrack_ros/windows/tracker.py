@@ -141,9 +141,10 @@ class WindowTracker:
         self._delete(frame)
         boxes, offered = self.waiting.take()
         self._initiate(frame, boxes[~offered])
-        position = self._tracks.filters.bank.estimate()[0][:, :2]
-        new = ~are_centered_in(boxes, position, sizes(self._tracks.records))
-        self._initiate(frame, boxes[offered & new])
+        if offered.any():
+            position = self._tracks.filters.bank.estimate()[0][:, :2]
+            followed = are_centered_in(boxes, position, sizes(self._tracks.records))
+            self._initiate(frame, boxes[offered & ~followed])
         if self._is_learning:
             self._past.keep(frame, self._tracks.records)
         return Tracks(self._rows(frame), frame.stamp, frame.frame_id, self._clock.tell_restart())
