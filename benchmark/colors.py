@@ -1,7 +1,8 @@
 """What finding the tolerance of a color is worth, on real clips with their truth.
 
 python benchmark/colors.py [FOLDER]: clips CLIP.mp4 with CLIP.csv (frame, id, u, v, w, h, visible)
-and CLIP.frames, the frames that are judged. Each color is that of one pixel of its thing. With
+and CLIP.frames, the frames that are judged. Each color is that of one pixel of its thing, or known
+by its name alone: as what the pictures show of it, or as all that it may stand for. With
 --constants it halves and doubles each constant that decides where a color ends, and those of
 teaching, of which the color is that of a box in the middle of its thing.
 """
@@ -31,6 +32,7 @@ from colortrack_ros.detection import sought_color
 from colortrack_ros.detection import strangers
 from colortrack_ros.detection import teach
 from colortrack_ros.detection import usual_areas
+from colortrack_ros.detection.reference import PRESETS
 from colortrack_ros.sources import open_source
 
 CLIPS = {
@@ -40,6 +42,8 @@ CLIPS = {
     'greenball': ((71, 85, 57), 20.0, (1,)),
 }
 """The color, the radius of a match [px], and the things."""
+
+NAMES = {'cups': 'red', 'caps': 'blue', 'box': 'orange', 'greenball': 'green'}
 
 REAL = Path(__file__).parents[2] / 'shared' / 'data' / 'real'
 WAYS = {'tolerance 50': 50.0, 'tolerance 25': 25.0, 'found': 0.0}
@@ -61,6 +65,13 @@ SHOWN = 0.5
 def sought(clip: str, tolerance: float) -> ReferenceColor:
     """The color of one pixel."""
     return ReferenceColor.from_rgb(clip, CLIPS[clip][0], tolerance)
+
+
+def named(clip: str, is_fixed: bool) -> ReferenceColor:
+    """The color of its name: all that it may stand for if it is fixed."""
+    lab, axes = PRESETS[NAMES[clip]]
+    fixed = ReferenceColor(clip, lab, tolerance_lab=axes)
+    return fixed if is_fixed else ReferenceColor.from_preset(clip, NAMES[clip])
 
 
 def taught(folder: Path, clip: str) -> ReferenceColor:
@@ -159,14 +170,17 @@ def main() -> None:
         print(f'No clips at {folder}.')
         return
     table = Table(title='recall / false detections in a frame / IoU of boxes')
-    for column in ('constant', *CLIPS) if arguments.constants is not None else ('clip', *WAYS):
+    ways = 'clip', *WAYS, 'name', 'all of the name'
+    for column in ('constant', *CLIPS) if arguments.constants is not None else ways:
         table.add_column(column)
     if arguments.constants is not None:
         for row in sensitivity(folder, arguments.constants or (*CONSTANTS, *TAUGHT)):
             table.add_row(*row)
     else:
         for clip in CLIPS:
-            results = (judge(folder, clip, sought(clip, value)) for value in WAYS.values())
+            colors = [sought(clip, value) for value in WAYS.values()]
+            colors += [named(clip, is_fixed) for is_fixed in (False, True)]
+            results = (judge(folder, clip, color) for color in colors)
             table.add_row(clip, *(cell(*result) for result in results))
     Console().print(table)
 

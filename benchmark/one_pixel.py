@@ -1,9 +1,9 @@
-"""Balls of many colors: what the color of one pixel of a ball finds.
+"""Balls of many colors: what the color of one pixel of a ball, and the name of its color, find.
 
 python benchmark/one_pixel.py [FOLDER]: wheels of 8 to 16 hues, three pixels of each ball, and
-pictures in the folder with the balls of discs.csv, five pixels each. Right is a pixel whose color
-finds more than half of its ball, at most a fifth of any ball of another color, and of all else less
-than half a ball.
+pictures in the folder with the balls of discs.csv, five pixels each, and each name of a color once.
+Right is what finds more than half of the ball, at most a fifth of any ball of another color, and of
+all else less than half a ball.
 """
 
 import argparse
@@ -20,6 +20,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.detection.reference import PRESETS
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
 
@@ -39,12 +40,19 @@ STEPS = ((0.0, 0.0), (0.4, 0.0), (-0.4, 0.0), (0.0, 0.4), (0.0, -0.4))
 """Pixels of a ball, in radii from its center."""
 
 
-def is_right(image: np.ndarray, discs: list[tuple], k: int, step: tuple, crowd: bool) -> bool:
-    """Whether one pixel of a ball finds the ball and nothing of another color."""
+def pixel_of(image: np.ndarray, disc: tuple, step: tuple) -> ReferenceColor:
+    """The color of one pixel of a ball."""
+    _, u, v, radius = disc
+    blue, green, red = image[int(v + step[1] * radius), int(u + step[0] * radius)].tolist()
+    return ReferenceColor.from_rgb('ball', (red, green, blue))
+
+
+def is_right(
+    image: np.ndarray, discs: list[tuple], k: int, color: ReferenceColor, crowd: bool
+) -> bool:
+    """Whether a color finds a ball and nothing of another color."""
     v, u = np.mgrid[: image.shape[0], : image.shape[1]]
     name, x, y, radius = discs[k]
-    blue, green, red = image[int(y + step[1] * radius), int(x + step[0] * radius)].tolist()
-    color = ReferenceColor.from_rgb('ball', (red, green, blue))
     detector = Detector(DetectorConfig(colors=(color,)))
     detector.detect(Frame(image))
     mask, rest, right = detector.mask > 0, np.ones(image.shape[:2], bool), True
@@ -61,7 +69,22 @@ def is_right(image: np.ndarray, discs: list[tuple], k: int, step: tuple, crowd: 
 
 def share(image: np.ndarray, discs: list[tuple], steps: tuple, crowd: bool = False) -> str:
     """Number of pixels that are right, of all."""
-    each = [is_right(image, discs, k, s, crowd) for k in range(len(discs)) for s in steps]
+    each = [
+        is_right(image, discs, k, pixel_of(image, disc, step), crowd)
+        for k, disc in enumerate(discs)
+        for step in steps
+    ]
+    return f'{sum(each)} of {len(each)}'
+
+
+def named_share(image: np.ndarray, discs: list[tuple], crowd: bool) -> str:
+    """Number of names that find a ball of theirs, of all."""
+    names = [disc[0] for disc in discs]
+    each = [
+        is_right(image, discs, names.index(name), ReferenceColor.from_preset('ball', name), crowd)
+        for name in dict.fromkeys(names)
+        if name in PRESETS
+    ]
     return f'{sum(each)} of {len(each)}'
 
 
@@ -69,7 +92,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument('folder', type=Path, nargs='?')
     folder = parser.parse_args().folder
-    table = Table('picture', 'right')
+    table = Table('picture', 'pixels', 'names')
     for count, least in WHEELS:
         up_and_down = ((0.0, 0.0), (0.0, 0.5), (0.0, -0.5))
         image, places = wheel(hues(count), least)
@@ -77,13 +100,16 @@ def main() -> None:
         table.add_row(f'{count} hues, {least:g}', share(image, discs, up_and_down))
     rows = list(csv.DictReader((Path(__file__).parent / 'discs.csv').open()))
     for name in dict.fromkeys(row['picture'] for row in rows) if folder else ():
-        image = cv2.imread(str(folder / name))
+        if (image := cv2.imread(str(folder / name))) is None:
+            table.add_row(name, 'not there')
+            continue
         discs = [
             (row['color'], *(float(row[key]) for key in ('u', 'v', 'radius')))
             for row in rows
             if row['picture'] == name
         ]
-        table.add_row(name, share(image, discs, STEPS, name.startswith(CROWDS)))
+        crowd = name.startswith(CROWDS)
+        table.add_row(name, share(image, discs, STEPS, crowd), named_share(image, discs, crowd))
     Console().print(table)
 
 

@@ -68,12 +68,16 @@ class ColorFinder:
             shown = of_palette([self._given[k] for k in missing], frame)
             for k, color in zip(missing, shown, strict=True):
                 self._sought[k].color = color
-            colors = [
-                self._sought[k].color if k in self._sought else color
-                for k, color in enumerate(self._given)
-            ]
-            for k, sought in self._sought.items():
-                sought.apart = apart_from(colors, k)
+            self._keep_apart()
+
+    def _keep_apart(self) -> None:
+        """Tell each color those of the others, as the pictures show them."""
+        colors = [
+            self._sought[k].color if k in self._sought else color
+            for k, color in enumerate(self._given)
+        ]
+        for k, sought in self._sought.items():
+            sought.apart = apart_from(colors, k)
 
     @property
     def least_chroma(self) -> float:
@@ -111,7 +115,9 @@ class ColorFinder:
         has_left = False
         for k, sought in self._sought.items():
             has_left |= sought.extend(cells, now, share, stamp, k in present, due)
-        return has_left or before != self._state()
+        if is_other := before != self._state():
+            self._keep_apart()  # of a name, another color may be shown
+        return has_left or is_other
 
     @property
     def _missing(self) -> list[int]:

@@ -50,6 +50,8 @@ class ReferenceColor:
     :param samples: more colors that belong to it, as lab: the nearest counts.
     :param others: colors that do not belong to it, as lab: pixels nearer to one of them are
         excluded.
+    :param preset: a key of PRESETS, if lab is just what is meant by that name: which color of this
+        name the pictures show is found with the tolerance.
     :param inverted: detect everything that is neither this color nor one that is not inverted:
         objects on a cloth, a table or a lawn.
     :param min_area, max_area: range of the area of its blobs [px]; 0 for the detector's limits.
@@ -64,6 +66,7 @@ class ReferenceColor:
     inverted: bool = False
     min_area: int = 0
     max_area: int = 0
+    preset: str = ''
 
     def __post_init__(self) -> None:
         expect(self.name != '', 'colors', self.name, 'a name that is not empty')
@@ -121,14 +124,13 @@ class ReferenceColor:
 
     @classmethod
     def from_preset(cls, name: str, preset: str) -> 'ReferenceColor':
-        """The reference color of a common color name.
+        """The color of a common name that the pictures show, as far as it extends there.
 
         :param preset: a key of PRESETS.
         :raises ValueError: if there is no such preset.
         """
         expect(preset in PRESETS, f'{name}.preset', preset, f'one of {", ".join(PRESETS)}')
-        lab, axes = PRESETS[preset]
-        return cls(name, lab, tolerance_lab=axes)
+        return cls(name, PRESETS[preset][0], preset=preset)
 
 
 PRESETS: dict[str, tuple[Triple, Triple]] = {
@@ -142,7 +144,8 @@ PRESETS: dict[str, tuple[Triple, Triple]] = {
     'white': ((96.0, 0.0, 0.0), (14.0, 10.0, 10.0)),
     'black': ((6.0, 0.0, 0.0), (18.0, 12.0, 12.0)),
 }
-"""By name, lab and tolerance_lab of painted objects in daylight. Chosen to include the shades that
+"""By name, the color that it is typical of, and half axes of the ellipsoid of those that it may
+stand for, of painted objects in daylight. Chosen to include the shades that
 test/detection/test_config.py lists for each name, and to exclude gray and skin."""
 
 
@@ -177,7 +180,12 @@ class ReferenceColorConfig(Config):
     rgb: Triple = parameter(
         float, 'The reference color [r, g, b], sRGB, 0..255; or give lab or preset.'
     )
-    preset: str = parameter('', 'The reference color by its common name.', choices=('', *PRESETS))
+    preset: str = parameter(
+        '',
+        'The reference color by its common name: without a tolerance, the one of this name that '
+        'the pictures show most.',
+        choices=('', *PRESETS),
+    )
     tolerance_lab: Triple = parameter(
         float,
         'Half axes [dL, da, db] of an ellipsoid in place of the sphere of radius tolerance.',
@@ -249,7 +257,8 @@ def _shade_of(name: str, config: ReferenceColorConfig) -> ReferenceColor:
         return ReferenceColor.from_rgb(name, config.rgb, config.tolerance, axes)
     if config.preset:
         color = ReferenceColor.from_preset(name, config.preset)
-        return replace(color, tolerance_lab=axes) if axes else color
+        is_fixed = axes or config.tolerance
+        return ReferenceColor(name, color.lab, config.tolerance, axes) if is_fixed else color
     for color in DEFAULT_COLORS:
         if color.name == name:
             tolerance = config.tolerance or color.tolerance

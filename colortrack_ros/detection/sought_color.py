@@ -12,6 +12,7 @@ from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.extent import LARGEST_GROUND
 from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.extent import measure
+from colortrack_ros.detection.extent import pixels_near
 from colortrack_ros.detection.extent import SHAPE
 from colortrack_ros.detection.growth import MOST_GROWTH
 from colortrack_ros.detection.growth import NEAR
@@ -19,6 +20,8 @@ from colortrack_ros.detection.growth import nearest_sample
 from colortrack_ros.detection.light_change import as_shown
 from colortrack_ros.detection.light_change import in_light
 from colortrack_ros.detection.light_change import lab_in_light
+from colortrack_ros.detection.named import as_named
+from colortrack_ros.detection.named import color_by_name
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.reference import Triple
@@ -48,6 +51,10 @@ LEAST_PRESENT = 1 / 2
 unless a deeper gap is found. Otherwise an object that leaves, or a hand that covers it, changes its
 color to that of what is left. Assumed: half of an object still is that object."""
 
+AWAY_SECONDS = 5.0
+"""Time after which a thing that is not seen makes way for another of the same name [s]. Assumed:
+what something hides is back by then."""
+
 NOWHERE, NOTHING = (0.0, -128.0, -128.0), 1e-6
 """Color and tolerance that stand in for a color missing from the picture: outside sRGB."""
 
@@ -70,6 +77,7 @@ class SoughtColor:
         self._lab = color.lab  # so is this
         self._strangers = Strangers()
         self._shades = ShadeFollower()
+        self._seen = 0
 
     @property
     def state(self) -> Any:
@@ -86,6 +94,7 @@ class SoughtColor:
 
         :param counts: (65536,) of :func:`sample_colors`.
         """
+        self.color = as_named(self.color, counts)
         if (extent := self._find(counts, self.color.lab)) is None:
             return False
         self._take(extent)
@@ -124,6 +133,9 @@ class SoughtColor:
         assert known is not None
         pooled = measure(pool, known)
         pixels = measure(now, known).pixels
+        if color.preset and self._is_outshone(now, pixels, stamp):
+            self._strangers, self._shades = Strangers(), ShadeFollower()
+            return self.seek(now, stamp)
         if pixels < LEAST_PRESENT * pooled.pixels:
             return False
         is_new = self._is_new(stamp)
@@ -188,6 +200,23 @@ class SoughtColor:
             tolerance_lab=(dL, da, db),
             samples=self.color.samples if shades is None else shades,
         )
+
+    def _is_outshone(self, now: NDArray[np.float64], pixels: float, stamp: int) -> bool:
+        """Whether far more of a picture is of another color of its name, or it is long gone.
+
+        :param now: (65536,) counts of the picture; pixels: of the color in it.
+        """
+        known = self.found
+        if known is None or (shown := color_by_name(now, self.color.preset)) is None:
+            return False
+        if pixels > FEWEST_LEFT * known.pixels or stamp < self._seen:
+            self._seen = stamp
+        whole = self._shades.whole(known)
+        colors = whole.lab, *(self._shades.shades or ())
+        if nearest_sample(np.array([shown]), colors, np.array(whole.axes)) < 1:
+            return False
+        is_gone = stamp - self._seen > AWAY_SECONDS * NANOSECONDS
+        return is_gone or pixels_near(now, shown) > known.pixels / FEWEST_LEFT
 
     def _part(
         self, cells: NDArray[np.uint16], now: NDArray[np.float64], stamp: int, extent: Extent

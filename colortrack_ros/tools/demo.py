@@ -30,8 +30,6 @@ from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
-from colortrack_ros.detection import ReferenceColor
-from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.drawing import VideoFile
 from colortrack_ros.drawing import write_picture
 from colortrack_ros.files import read_params_file
@@ -40,6 +38,8 @@ from colortrack_ros.messages import tracks_of_cloud
 from colortrack_ros.node_kit.runtime import share_file
 from colortrack_ros.signals import INTERRUPTED
 from colortrack_ros.sources.base import DEFAULT_RATE
+from colortrack_ros.tools.color_options import color_option
+from colortrack_ros.tools.color_options import tolerance_option
 from colortrack_ros.tools.processes import add_demo_options
 from colortrack_ros.tools.processes import NodeEnded
 from colortrack_ros.tools.processes import NodeGroup
@@ -167,9 +167,14 @@ def _arguments(args: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog='make demo', description=__doc__)
     parser.add_argument('--source', default='scene:occlusion', help='as the camera takes it')
     parser.add_argument('--params', default='', help='parameters of the nodes')
-    parser.add_argument('--color', type=_color, default='', help='r,g,b of the objects, 0..255')
     parser.add_argument(
-        '--tolerance', type=_tolerance, default='', help='in CIELAB units; found if not given'
+        '--color',
+        type=color_option,
+        default='',
+        help='of the objects: r,g,b of 0..255, or its name',
+    )
+    parser.add_argument(
+        '--tolerance', type=tolerance_option, default='', help='in CIELAB units; found if not given'
     )
     add_demo_options(parser, 21.0, 'how long at the most')
     arguments = parser.parse_args(args)
@@ -179,29 +184,6 @@ def _arguments(args: Sequence[str] | None) -> argparse.Namespace:
     except ValueError as error:
         parser.error(str(error))
     return arguments
-
-
-def _color(text: str) -> str:
-    """The red, green and blue in ``r,g,b``, as YAML; empty if there are none."""
-    try:
-        values = [int(value) for value in text.split(',') if text]
-        if text:
-            ReferenceColor.from_rgb('color', values)
-    except ValueError:
-        told = f'expected r,g,b of 0..255 each, such as 220,60,40, got {text!r}'
-        raise argparse.ArgumentTypeError(told) from None
-    return str(values) if text else ''
-
-
-def _tolerance(text: str) -> str:
-    """A tolerance as it is; may be empty."""
-    try:
-        right = not text or 0 <= float(text) <= MAX_TOLERANCE
-    except ValueError:
-        right = False
-    if not right:
-        raise argparse.ArgumentTypeError(f'expected 0..{MAX_TOLERANCE:g}, got {text!r}')
-    return text
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -226,7 +208,7 @@ def main(args: Sequence[str] | None = None) -> int:
 def _detector_parameters(arguments: argparse.Namespace) -> list[str]:
     """NAME:=VALUE of what is given."""
     name = 'object' if arguments.color else 'red'
-    color = [f'colors:=[{name}]', f'{name}.rgb:={arguments.color}'] if arguments.color else []
+    color = [f'colors:=[{name}]', f'{name}.{arguments.color}'] if arguments.color else []
     return color + ([f'{name}.tolerance:={arguments.tolerance}'] if arguments.tolerance else [])
 
 

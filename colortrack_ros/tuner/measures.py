@@ -14,6 +14,7 @@ from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.lab import rgb_from_lab
 from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.named import as_named
 from colortrack_ros.detection.reference import apart_from
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.reference import Triple
@@ -93,6 +94,7 @@ def _place_of(
     :param cells: (N, 3) CIELAB of those with pixels.
     :param number: (N,) of their pixels.
     """
+    color = as_named(color, counts)
     lab, axes = color.lab, color.axes if not color.is_sought else None
     if axes is None:
         if color.is_sampled:

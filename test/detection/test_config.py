@@ -101,7 +101,11 @@ def test_an_unknown_preset_is_refused_with_those_there_are():
     }.items(),
 )
 def test_presets_hold_the_colors_of_their_name_and_no_gray(name, rgbs):
-    table = ColorTable(tuple(ReferenceColor.from_preset(preset, preset) for preset in PRESETS))
+    table = ColorTable(
+        tuple(
+            ReferenceColor(name, lab, tolerance_lab=axes) for name, (lab, axes) in PRESETS.items()
+        )
+    )
     labels = table.label_colors(np.array(rgbs))
     assert [list(PRESETS)[label - 1] for label in labels if label] == [name] * len(rgbs)
     assert not table.label_colors(np.array([(128, 128, 128), (90, 85, 80), (205, 160, 132)])).any()

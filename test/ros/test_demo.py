@@ -202,7 +202,7 @@ def test_a_command_has_its_words_quoted_and_a_device_has_none(tmp_path, monkeypa
     ('given', 'reason'),
     [
         (['--color=300,0,0'], 'expected r,g,b of 0..255 each'),
-        (['--color=red'], 'expected r,g,b of 0..255 each'),
+        (['--color=rot'], 'such as 220,60,40, or one of red, orange'),
         (['--tolerance=-3'], 'expected 0..200'),
         (['--tolerance=nan'], 'expected 0..200'),
         (['--seconds=nan'], 'expected a positive number'),

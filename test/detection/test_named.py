@@ -1,0 +1,110 @@
+"""Colors by name, such as red: which of all that it stands for is found."""
+
+import numpy as np
+import pytest
+from support.lit_balls import draw_lit_ball
+from support.lit_balls import wheel
+
+from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.detection.extent import count_colors
+from colortrack_ros.detection.named import color_by_name
+
+WALL, WOOD, SKIN = (180, 190, 190), (120, 80, 60), (205, 160, 132)
+RED, CRIMSON, DARK_BLUE = (200, 60, 40), (170, 20, 60), (20, 40, 110)
+NAMES = ('red', 'orange', 'yellow', 'green', 'cyan', 'blue', 'magenta')
+SHOWN = (
+    (200, 40, 40), (230, 125, 35), (230, 200, 50), (50, 150, 60), (40, 180, 190), (30, 70, 170),
+    (190, 45, 150),
+)  # fmt: skip
+
+
+def room(k, *things, ground=WALL):
+    """A picture of lit balls, (u, radius, rgb) each, the k-th of four a second."""
+    image = np.full((240, 400, 3), ground[::-1], np.float64)
+    for u, radius, rgb in things:
+        draw_lit_ball(image, u, 120, radius, rgb)
+    image += np.random.default_rng(k).normal(0, 3, image.shape)
+    return Frame(image.clip(0, 255).astype(np.uint8), stamp=k * NANOSECONDS // 4)
+
+
+def detector_of(*names):
+    return Detector(DetectorConfig(colors=tuple(ReferenceColor.from_preset(n, n) for n in names)))
+
+
+def boxes(rows):
+    """Center and width of each detection, rounded to 20 px."""
+    return [(round(row['u'] / 20) * 20, round(row['box_w'] / 20) * 20) for row in rows]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('ground', [WALL, WOOD, SKIN])
+@pytest.mark.parametrize(('name', 'rgb'), [('red', RED), ('red', CRIMSON), ('blue', DARK_BLUE)])
+def test_a_thing_is_found_whole_by_the_name_of_its_color(name, rgb, ground):
+    detector = detector_of(name)
+    found = [boxes(detector.detect(room(k, (100, 40, rgb), ground=ground)).rows) for k in range(6)]
+    assert found == [[(100, 80)]] * 6
+
+
+@pytest.mark.slow
+def test_each_of_seven_names_finds_its_own_ball():
+    image, places = wheel(SHOWN, 0.6)
+    detector = detector_of(*NAMES)
+    detector.detect(Frame(image))
+    rows = detector.detect(Frame(image, stamp=NANOSECONDS // 4)).rows
+    found = {int(row['color']): (row['u'], row['v'], row['box_w']) for row in rows}
+    assert len(rows) == len(NAMES)
+    for color, (u, v) in enumerate(places):
+        assert found[color] == pytest.approx((u, v, 56), abs=3)
+
+
+@pytest.mark.slow
+def test_a_lamp_that_is_there_first_makes_way_for_the_ball():
+    detector = detector_of('red')
+    lamp = (300, 8, (230, 30, 90))
+    first = [boxes(detector.detect(room(k, lamp)).rows) for k in range(8)]
+    assert first[-1] == [(300, 20)]
+    later = [boxes(detector.detect(room(k, lamp, (100, 40, RED))).rows) for k in range(8, 16)]
+    assert all((100, 80) in each for each in later[4:])
+
+
+@pytest.mark.slow
+def test_what_is_hidden_for_a_while_is_not_given_up_for_something_else_of_its_name():
+    detector = detector_of('red')
+    book = (300, 20, CRIMSON)
+    for k in range(8):
+        detector.detect(room(k, book, (100, 40, RED)))
+    hidden = [boxes(detector.detect(room(k, book)).rows) for k in range(8, 24)]
+    back = [boxes(detector.detect(room(k, book, (100, 40, RED))).rows) for k in range(24, 32)]
+    assert all((300, 40) not in each for each in hidden)
+    assert all((100, 80) in each for each in back)
+
+
+@pytest.mark.slow
+def test_when_its_thing_is_gone_for_good_another_of_its_name_is_found():
+    detector = detector_of('red')
+    for k in range(8):
+        detector.detect(room(k, (300, 20, CRIMSON), (100, 40, RED)))
+    for k in range(8, 40):
+        rows = detector.detect(room(k, (300, 20, CRIMSON))).rows
+    assert boxes(rows) == [(300, 40)]
+
+
+@pytest.mark.slow
+def test_a_name_that_no_pixel_has_is_told_with_the_color_that_is_nearest():
+    detector = detector_of('red')
+    for k in range(12):
+        assert not len(detector.detect(room(k, (100, 40, DARK_BLUE))).rows)
+    assert 'red is not in the picture' in detector.trouble
+    assert color_by_name(count_colors(room(0).image, 'bgr8'), 'red') is None
+
+
+def test_all_but_the_green_of_a_lawn_is_found_by_its_name():
+    lawn = ReferenceColor('lawn', (55.0, -46.0, 36.0), preset='green', inverted=True)
+    detector = Detector(DetectorConfig(colors=(lawn,)))
+    for k in range(4):
+        rows = detector.detect(room(k, (100, 40, RED), ground=(50, 130, 50))).rows
+    assert boxes(rows) == [(100, 80)]
