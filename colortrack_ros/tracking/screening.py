@@ -21,6 +21,10 @@ FIRST_ONES = 30
 """Detections, all in the corner's pixel, at which their unit is doubted: a second's, of one object.
 Assumed."""
 
+MANY_COLORS = 30
+"""Detections, each with a color of its own, over more than one frame, at which colors seem to be
+numbers of detections. Assumed: a detector looks for fewer colors, and finds one of them again."""
+
 
 class Screening:
     """Refuses, counts and reports detections that the tracker cannot use."""
@@ -37,6 +41,11 @@ class Screening:
         self._known = np.zeros(0, DETECTION)
         self._unsure = FIRST_ONES
         """How many more detections in the corner's pixel raise doubts; 0 once that is decided."""
+        self._colors: set[int] | None = set()
+        """Of all detections so far, while no color was seen twice."""
+        self._camera: str | None = None
+        self._other_camera: str | None = None
+        """Frame IDs of the last message, and of the last one that had another."""
 
     def measure(
         self, detections: Detections, learned: Adaptation, config: TrackerConfig, *, again: bool
@@ -47,6 +56,8 @@ class Screening:
         :param again: whether these are more detections of the previous stamp.
         """
         rows = detections.rows
+        if detections.frame_id != self._camera:
+            self._meet(detections.frame_id)
         if again:
             rows = unrepeated(rows, self._known)
             self.repeated += len(detections.rows) - len(rows)
@@ -54,7 +65,7 @@ class Screening:
         else:
             self._known = rows
         few = largest(rows, config.max_detections)
-        if len(few) < len(rows):
+        if few is not rows:
             self.crowded_out += len(rows) - len(few)
             self.refuse(f'the smallest detections: expected max_detections={len(few)} at most')
         given = all(config.image_size)
@@ -65,6 +76,8 @@ class Screening:
             self.refuse('detections: expected up to 1e6 px, a positive definite or zero covariance')
         if self._unsure and len(blobs.z) and self._are_shares(blobs.z):
             self.refuse('positions: expected px, got 0 to 1; are they shares of the picture?')
+        if self._colors is not None and self._are_numbers(blobs.rows['color'], self._colors):
+            self.refuse('colors: expected one that a thing keeps, got another for each detection')
         learned.learn_size(blobs.z)
         if config.detection_covariance:
             blobs.scale(learned.noisiness)
@@ -75,6 +88,27 @@ class Screening:
         are_pixels = bool(z.max() > 1 or z.min() < 0)
         self._unsure = 0 if are_pixels else max(self._unsure - len(z), 0)
         return not (are_pixels or self._unsure)
+
+    def _are_numbers(self, color: NDArray[np.uint32], known: set[int]) -> bool:
+        """Decide, once, whether colors, (M,), seem to number the detections, as IDs of rows do.
+
+        :param known: those of earlier frames.
+        """
+        before = len(known)
+        known.update(color.tolist())
+        are_numbers = before > 0 and len(known) >= MANY_COLORS
+        if len(known) < before + len(color):
+            self._colors, are_numbers = None, False
+        elif are_numbers:
+            self._colors = None
+        return are_numbers
+
+    def _meet(self, camera: str) -> None:
+        """Note the frame ID of another camera, and tell when that of before comes back."""
+        if camera == self._other_camera:
+            two = ' and '.join(sorted([repr(camera), repr(self._camera)]))
+            self.refuse(f'frame_id: expected one camera for each tracker, got {two} by turns')
+        self._camera, self._other_camera = camera, self._camera
 
 
 def _warn(reason: str) -> None:

@@ -1,5 +1,6 @@
 """Which messages and detections a tracker accepts: late, repeated, broken, too many."""
 
+from dataclasses import replace
 import time
 
 import numpy as np
@@ -50,6 +51,40 @@ def test_positions_that_are_shares_of_the_picture_are_told_once(first, then, tol
         tracker.update(points([(first if k < 5 else then, 0.5), (0.1, 0.2)], k * FRAME))
     assert len(reasons) == told
     assert all('expected px, got 0 to 1' in reason for reason in reasons)
+
+
+@pytest.mark.parametrize(
+    ('cameras', 'told'), [('llllllll', 0), ('llllrrrr', 0), ('lrlrlrlr', 6), ('llllrlll', 1)]
+)
+def test_detections_of_two_cameras_on_one_topic_are_told(cameras, told):
+    tracker, reasons = Tracker(), []
+    tracker.screening.refuse = reasons.append
+    for k, camera in enumerate(cameras):
+        tracker.update(replace(points([(10.0 + k, 10)], k * FRAME), frame_id=camera))
+    assert len(reasons) == told
+    assert all('expected one camera for each tracker' in reason for reason in reasons)
+
+
+@pytest.mark.parametrize(
+    ('count', 'colors', 'told'),
+    [
+        (6, lambda k: 6 * k + np.arange(6), 1),  # the row's number, of all so far
+        (40, lambda _: np.arange(40), 0),  # as many classes, each seen once in a frame
+        (6, lambda _: np.arange(6), 0),
+        (1, lambda k: k // 2, 0),
+        (6, lambda _: np.zeros(6), 0),
+    ],
+)
+def test_colors_that_number_the_detections_are_told_once(count, colors, told):
+    tracker, reasons = Tracker(), []
+    tracker.screening.refuse = reasons.append
+    z = np.stack([10.0 + 30 * np.arange(count), np.zeros(count)], axis=1)
+    for k in range(60):
+        detections = points(z, k * FRAME)
+        detections.rows['color'] = colors(k)
+        tracker.update(detections)
+    assert len(reasons) == told
+    assert all('expected one that a thing keeps' in reason for reason in reasons)
 
 
 def test_what_is_in_the_padding_of_a_repeated_row_does_not_matter():
