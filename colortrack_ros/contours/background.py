@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.contours.areas import Mask
 from colortrack_ros.data import Bools
+from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.background_model import BackgroundModel
 from colortrack_ros.detection.background_model import LEARN_FRAMES
@@ -180,10 +181,13 @@ def _of_things(soft: Picture, background: Picture) -> Bools:
     return things
 
 
-def edges_at(picture: Picture, where: Bools) -> NDArray[np.int64]:
-    """Return the gradients, (n,), of the pixels there, summed over the channels [levels]."""
+def edges_at(picture: Picture, where: Bools | tuple[Indices, Indices]) -> NDArray[np.int64]:
+    """Return the gradients, (n,), of the pixels there, summed over the channels [levels].
+
+    :param where: (H, W), or rows and columns, (n,).
+    """
     steps = cv2.morphologyEx(picture, cv2.MORPH_GRADIENT, CROSS)
-    return np.asarray(steps.reshape(*where.shape, -1)[where].sum(axis=1, dtype=np.int64))
+    return np.asarray(steps.reshape(picture.shape)[where].sum(axis=1, dtype=np.int64))
 
 
 def softened(picture: Picture) -> NDArray[np.uint8]:

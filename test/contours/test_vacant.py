@@ -46,6 +46,26 @@ def test_an_outline_with_next_to_no_foreground_shows_nothing():
     assert is_vacant(np.zeros((0, 40, 2)), differing(), thing, wall).shape == (0,)
 
 
+def test_many_outlines_are_judged_as_each_alone_with_as_many_filters(monkeypatch):
+    """Few are cut out, of many, which cover more than there is, the whole picture is filtered."""
+    thing, wall = pictures()
+    random = np.random.default_rng(4)
+    middles = random.uniform(-20, [340, 260], (40, 1, 2))
+    size = random.uniform(0.1, 1.5, (40, 1, 1))
+    outlines = size * (OUTLINE - OUTLINE.mean(axis=0)) + middles
+    mask = differing() | (random.random((240, 320)) < 0.1)
+    thing[:, 200:] = cv2.blur(thing[:, 200:], (9, 9))
+    filtered = []
+    blur = cv2.blur
+    monkeypatch.setattr(cv2, 'blur', lambda image, *a: filtered.append(image) or blur(image, *a))
+    together = is_vacant(outlines, mask, thing, wall)
+    assert [image.shape for image in filtered] == [thing.shape] * 2
+    alone = [is_vacant(each[None], mask, thing, wall)[0] for each in outlines]
+    assert filtered[-1].size < thing.size
+    assert together.tolist() == alone
+    assert 5 < sum(alone) < 35
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(('contrast', 'speed'), [(8.0, 1.5), (8.0, 6.0), (25.0, -1.5), (25.0, 6.0)])
 def test_where_somebody_stood_while_the_background_was_learned_nobody_is_told(contrast, speed):
