@@ -1,6 +1,5 @@
 """What a node tells its operator: counters on /diagnostics and throttled log lines."""
 
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from dataclasses import field
@@ -14,19 +13,16 @@ from diagnostic_msgs.msg import DiagnosticArray
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_msgs.msg import KeyValue
 from rclpy.node import Node
-from rclpy.qos import qos_check_compatible
-from rclpy.qos import QoSCompatibility
-from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from colortrack_ros.flow.stamps import StampWatch
-from colortrack_ros.messages import BOXES
 from colortrack_ros.node_kit.clocks import Elapsed
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import STEADY
-from colortrack_ros.node_kit.runtime import OF_EVERY_NODE
-from colortrack_ros.node_kit.silence import told_of_silence
+from colortrack_ros.node_kit.rivals import crowd_of
+from colortrack_ros.node_kit.rivals import mismatch_of
+from colortrack_ros.node_kit.rivals import rival_of
+from colortrack_ros.node_kit.silence import unheard_by
 from colortrack_ros.node_kit.topics import publish_on
-from colortrack_ros.node_kit.topics import SENSED
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
@@ -36,14 +32,14 @@ PERIOD = 1.0
 TOLD_EVERY = 5.0
 """Least interval [s] between log lines about refused input. Assumed: slow enough to read them
 all."""
+LOGGED_AFTER = 5.0
+"""How many times as long as diagnostics wait until the log has it, too: 10 s by default, in which
+what is started along with a node, as a camera's driver, publishes. Assumed."""
 OTHER_CLOCK = 3600.0
 """Stamps farther than this from now [s] are of another clock, as in an old recording, and give no
 latency. As long as the longest threshold."""
 
 NO_CLOCK = 'use_sim_time is true, but nobody publishes /clock, as `ros2 bag play --clock` does'
-
-UNNAMED = '_NODE_NAME_UNKNOWN_'
-"""What rmw calls the node of a topic's end before it has heard of that node."""
 
 TASK = 'messages'
 """Second part of the status name. As diagnostic_updater does, it follows the name of the node
@@ -100,25 +96,29 @@ class Health:
         self._hardware = str(source.value or 'none')  # as displayed, without a password
         self._lock = threading.Lock()
         self._counts = _Counts()
-        self._reason = self._noted = self._still = self._logged = ''
+        self._reason = self._still = self._logged = ''
+        self._noted: tuple[str, ...] = ()
         self._noted_level = ERROR
         self._stamps = StampWatch()
-        self._told = -TOLD_EVERY
+        self._told, self._once = -TOLD_EVERY, set[str]()
         self._seconds = Elapsed(node)
         self._heard = self._seconds()
         self._publisher = publish_on(node, DiagnosticArray, '/diagnostics')
         node.create_timer(PERIOD, self.publish, clock=STEADY)
 
-    def note(self, trouble: str, level: bytes = ERROR) -> None:
-        """Log what is wrong with a picture, once until it is over; empty if nothing is.
+    def note(self, *troubles: str, level: bytes = ERROR) -> None:
+        """Log what is wrong with a picture, each trouble once until it is over.
 
-        Nothing refused keeps it from the log, unless it has just been logged as that.
+        Nothing refused keeps one from the log, unless it has just been logged as that.
 
+        :param troubles: empty where there is none, the worst first; each kind of trouble has its
+            place.
         :param level: of the status until then.
         """
-        if trouble and not self._noted and trouble != self._logged:
-            self._node.get_logger().warning(trouble)
-        self._noted, self._noted_level, self._logged = trouble, level, ''
+        for trouble, before in itertools.zip_longest(troubles, self._noted, fillvalue=''):
+            if trouble and not before and trouble != self._logged:
+                self._node.get_logger().warning(trouble)
+        self._noted, self._noted_level, self._logged = troubles, level, ''
 
     def took_in(self) -> None:
         """Count a message or a frame that was received."""
@@ -186,113 +186,47 @@ class Health:
         self._publisher.publish(array)
 
     def _judge(self, counts: _Counts, latency: float | None, silence: float) -> tuple[bytes, str]:
-        """The level and its reasons, the worst first."""
+        """The level, and all that is wrong, the worst first."""
+        findings = [finding for finding in self._findings(counts, latency, silence) if finding[1]]
+        # what has passed both of its thresholds is told once
+        texts = dict.fromkeys(text for _, text in findings)
+        return (findings[0][0], '; '.join(texts)) if findings else (OK, 'working')
+
+    def _findings(
+        self, counts: _Counts, latency: float | None, silence: float
+    ) -> tuple[tuple[bytes, str], ...]:
+        """Levels and what is wrong, the worst first; empty where nothing is."""
+        node = self._node
         names = [field.name for field in fields(HealthConfig)]
-        limit = {name: self._node.get_parameter(name).value for name in names}
+        limit = {name: node.get_parameter(name).value for name in names}
         late = 0.0 if latency is None else latency
         lateness = f'{late:.3f} s from stamp to output'
-        quiet = told_of_silence(self._node, silence, limit['warn_silence'])
-        refusal = f'{counts.refused} refused: {self._reason}'
-        rival, trouble, noted = rival_of(self._node), self._trouble(), self._noted
-        crowd = crowd_of(self._node)
-        if crowd:
-            self._node.get_logger().warning(crowd, once=True)
-        mismatch = mismatch_of(self._node)
-        if mismatch:
-            self._node.get_logger().warning(mismatch, once=True)
-        findings = (
-            (ERROR, trouble, trouble != ''),
-            (ERROR, noted, noted != '' and self._noted_level == ERROR),
-            (ERROR, lateness, late > limit['error_latency']),
-            (ERROR, quiet, silence > limit['error_silence']),
-            (WARN, noted, noted != ''),
-            (WARN, NO_CLOCK, lacks_clock(self._node)),
-            (WARN, rival, rival != ''),
-            (WARN, crowd, crowd != ''),
-            (WARN, mismatch, mismatch != ''),
-            (WARN, self._still, self._still != ''),
-            (WARN, refusal, counts.refused > 0),
-            (WARN, lateness, late > limit['warn_latency']),
-            (WARN, quiet, silence > limit['warn_silence']),
-        )
-        return next(
-            ((level, message) for level, message, found in findings if found), (OK, 'working')
-        )
-
-
-def rival_of(node: Node) -> str:
-    """A warning if another node has this node's name or publishes its topics; otherwise empty."""
-    name = node.get_name(), node.get_namespace()
-    if node.get_node_names_and_namespaces().count(name) > 1:
+        unheard = unheard_by(node) if silence > limit['warn_silence'] else ''
+        quiet = f'nothing has come in for {silence:.0f} s' + (f': {unheard}' if unheard else '')
+        noted = '; '.join(filter(None, self._noted))
+        crowd, mismatch = crowd_of(node), mismatch_of(node)
+        self._log_once('crowd', crowd)
+        self._log_once('mismatch', mismatch)
+        if unheard and silence > LOGGED_AFTER * limit['warn_silence']:
+            self._log_once('silence', f'nothing has come in: {unheard}')
         return (
-            f'several nodes are called {node.get_fully_qualified_name()}, and any of them answers '
-            'for it; give one another name, -r __node:=NAME'
+            (ERROR, self._trouble()),
+            (ERROR, noted * (self._noted_level == ERROR)),
+            (ERROR, lateness * (late > limit['error_latency'])),
+            (ERROR, quiet * (silence > limit['error_silence'])),
+            (WARN, noted),
+            (WARN, NO_CLOCK * lacks_clock(node)),
+            (WARN, rival_of(node)),
+            (WARN, crowd),
+            (WARN, mismatch),
+            (WARN, self._still),
+            (WARN, f'{counts.refused} refused: {self._reason}' * (counts.refused > 0)),
+            (WARN, lateness * (late > limit['warn_latency'])),
+            (WARN, quiet * (silence > limit['warn_silence'])),
         )
-    # transforms are of all nodes, and wheels have no tf2_msgs to compare types with
-    own = Counter(
-        publisher.topic_name
-        for publisher in node.publishers
-        if getattr(publisher.msg_type, '__name__', '') != 'TFMessage'
-    )
-    for topic in sorted(set(own) - OF_EVERY_NODE):
-        if node.count_publishers(topic) > own[topic]:
-            return f'others publish on {topic} as well, and subscribers get both; remap one of them'
-    return ''
 
-
-def crowd_of(node: Node) -> str:
-    """A warning if several publish what this node takes from one camera or robot; otherwise empty.
-
-    Detections may be of several detectors.
-    """
-    for end in node.subscriptions:
-        topic = end.topic_name
-        if end.msg_type in SENSED and node.count_publishers(topic) > 1:
-            giving = _of_known(node.get_publishers_info_by_topic(topic))
-            names = sorted({f'{g.node_namespace.rstrip("/")}/{g.node_name}' for g in giving})
-            if len(names) > 1:  # one that was killed and started again is known twice for a while
-                return (
-                    f'{" and ".join(names)} publish on {topic}, and their messages take turns: '
-                    'expected one; remap the others'
-                )
-    return ''
-
-
-def mismatch_of(node: Node) -> str:
-    """A warning if QoS, or another type, keeps messages from this node, or its own from others;
-    otherwise empty.
-    """
-    name = node.get_name(), node.get_namespace()
-    topics = {end.topic_name for end in node.publishers}
-    topics |= {end.topic_name for end in node.subscriptions}
-    for topic in sorted(topics - OF_EVERY_NODE):
-        giving = _of_known(node.get_publishers_info_by_topic(topic))
-        taking = _of_known(node.get_subscriptions_info_by_topic(topic))
-        for giver, taker in itertools.product(giving, taking):
-            if name not in [(end.node_name, end.node_namespace) for end in (giver, taker)]:
-                continue
-            ends = f'{taker.node_name} gets nothing from {giver.node_name} on {topic}'
-            if giver.topic_type != taker.topic_type:
-                hint = ', see detections_type' * (giver.topic_type == BOXES)
-                return f'{ends}: it takes {taker.topic_type}, not {giver.topic_type}{hint}'
-            match, why = qos_check_compatible(giver.qos_profile, taker.qos_profile)
-            if match == QoSCompatibility.ERROR and not _gets(taker, giver, taking):
-                reasons = str(why).replace('ERROR: ', '').lower().strip('; ')
-                return f'{ends}: {reasons}; see qos_overrides in doc/robot.md'
-    return ''
-
-
-def _of_known(ends: list[TopicEndpointInfo]) -> list[TopicEndpointInfo]:
-    """Return the ends of nodes whose names have come."""
-    return [end for end in ends if end.node_name != UNNAMED]
-
-
-def _gets(
-    taker: TopicEndpointInfo, giver: TopicEndpointInfo, taking: list[TopicEndpointInfo]
-) -> bool:
-    """Whether another subscription of the same node matches the publisher."""
-    return any(
-        qos_check_compatible(giver.qos_profile, end.qos_profile)[0] != QoSCompatibility.ERROR
-        for end in taking
-        if (end.node_name, end.node_namespace) == (taker.node_name, taker.node_namespace)
-    )
+    def _log_once(self, kind: str, text: str) -> None:
+        """Log what is wrong, unless that kind has been logged before."""
+        if text and kind not in self._once:
+            self._once.add(kind)
+            self._node.get_logger().warning(text)

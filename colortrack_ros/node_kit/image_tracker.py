@@ -145,7 +145,8 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
         self.health.took_in()
         with self.lock, whole_updates(self.tracker):
             tracks = track_pair(self.tracker, pair)
-        self.health.note(*self.trouble())
+        trouble, level = self.trouble()
+        self.health.note(trouble, level=level)
         return tracks
 
     def _publish(self, tracks: Tracks, _: object) -> None:

@@ -8,28 +8,7 @@ from sensor_msgs.msg import Image
 
 from colortrack_ros.node_kit.runtime import OF_EVERY_NODE
 
-LOGGED_AFTER = 5.0
-"""How many times as long as diagnostics wait until the log has it, too: 10 s by default, in which
-what is started along with a node, as a camera's driver, publishes. Assumed."""
-
 TYPES_OF_PICTURES = {'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage'}
-
-
-def told_of_silence(node: Node, silence: float, longest: float) -> str:
-    """How long nothing has come in, and, where that is too long, on which topics nobody publishes.
-
-    The log has the latter once.
-
-    :param silence: how long that has been [s].
-    :param longest: how long it may be [s].
-    """
-    text = f'nothing has come in for {silence:.0f} s'
-    unheard = unheard_by(node) if silence > longest else ''
-    if not unheard:
-        return text
-    if silence > LOGGED_AFTER * longest:
-        node.get_logger().warning(f'nothing has come in: {unheard}', once=True)
-    return f'{text}: {unheard}'
 
 
 def unheard_by(node: Node) -> str:

@@ -96,10 +96,9 @@ class DetectorNode(ManagedNode[DetectorSetup]):
         self.health.took_in()
         with self.lock:
             detections = self._detector.detect(frame)
-            trouble = self._detector.trouble  # colors may be out of view
-            if self._calibrated is not None:
-                trouble = self._calibrated.trouble(frame) or trouble
-            self.health.note(trouble, WARN)
+            size = self._calibrated.trouble(frame) if self._calibrated else ''
+            # colors may be out of view
+            self.health.note(size, self._detector.trouble, level=WARN)
             if self._debug_publisher.get_subscription_count() > 0:
                 mask = dataclasses.replace(frame, image=self._detector.mask, encoding='mono8')
                 self._debug_publisher.publish(image_of_frame(mask))

@@ -109,7 +109,7 @@ class OverlayNode(ManagedNode[OverlaySetup]):
             waiting.pop(next(iter(waiting)))
             self._unpaired += 1
         if self._unpaired >= TOLD_AFTER:
-            self.health.note(self._difference(), WARN)
+            self.health.note(self._difference(), level=WARN)
 
     def _difference(self) -> str:
         """Why nothing is drawn: the newest stamp on each topic."""

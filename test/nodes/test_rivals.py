@@ -6,9 +6,9 @@ import pytest
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
-from colortrack_ros.node_kit.diagnostics import crowd_of
-from colortrack_ros.node_kit.diagnostics import mismatch_of
-from colortrack_ros.node_kit.diagnostics import rival_of
+from colortrack_ros.node_kit.rivals import crowd_of
+from colortrack_ros.node_kit.rivals import mismatch_of
+from colortrack_ros.node_kit.rivals import rival_of
 
 
 class TFMessage:

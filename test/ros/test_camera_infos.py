@@ -1,5 +1,6 @@
 """CameraInfo that changes while a robot drives, as drivers that bin or crop send it."""
 
+from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 import pytest
 from sensor_msgs.msg import CameraInfo
@@ -77,9 +78,10 @@ def test_the_calibration_of_another_camera_is_told_by_its_frame(ros):
     assert ros.spin(lambda: len(robot.locations) == 1), ros.outputs()
 
 
-def detector_of(ros, change):
+def detector_of(ros, change, **parameters):
     """A detector that has seen 25 pictures of 64x48, each with a CameraInfo as it is changed."""
-    detector, seen = ros.start('detector'), ros.listen(PointCloud2, 'detections')
+    detector = ros.start('detector', **parameters)
+    seen = ros.listen(PointCloud2, 'detections')
     pictures = ros.node.create_publisher(Image, 'camera/image_raw', 10)
     infos = ros.node.create_publisher(CameraInfo, 'camera/camera_info', 10)
     for publisher in (pictures, infos):
@@ -96,17 +98,33 @@ def detector_of(ros, change):
     return detector
 
 
+def calibrated_for_larger_ones(message):
+    message.width, message.height = 80, 60
+
+
 def test_the_calibration_of_larger_pictures_is_told(ros):
     """All objects were located elsewhere, and before a robot that stands nothing told it."""
-
-    def calibrated_for_larger_ones(message):
-        message.width, message.height = 80, 60
-
     detector_of(ros, calibrated_for_larger_ones).wait_for(
         'CameraInfo on camera/camera_info is of 80x60 pictures, those on camera/image_raw have '
         '64x48: what locates by it is wrong; calibrate the camera for this size, or set '
         'camera_info_topic to that of these pictures'
     )
+
+
+def test_one_trouble_of_a_detector_does_not_hide_the_other(ros):
+    """Whoever saw that of the size alone looked there for why nothing was found."""
+    diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
+    shares = {'regions': '[door]', 'door.polygon': '[0.1, 0.1, 0.9, 0.1, 0.5, 0.9]'}
+    detector = detector_of(ros, calibrated_for_larger_ones, **shares)
+    size, nowhere = 'is of 80x60 pictures', 'regions and mask leave'
+
+    def told() -> str:
+        return next((s.message for m in diagnostics for s in m.status if size in s.message), '')
+
+    assert ros.spin(lambda: told() != ''), ros.outputs()
+    assert 0 < told().find(size) < told().find(nowhere)
+    for text in (size, nowhere):
+        assert detector.output.count(text) == 1
 
 
 def binned(message):
