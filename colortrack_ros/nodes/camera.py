@@ -1,7 +1,6 @@
 """The camera node: publishes pictures from a device, a file, a stream, a folder or a scene."""
 
 from collections.abc import Callable
-import contextlib
 import dataclasses
 import threading
 from typing import Any
@@ -34,10 +33,11 @@ from colortrack_ros.node_kit.services import offer
 from colortrack_ros.node_kit.topics import publish_on
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.nodes.camera_setup import CameraSetup
+from colortrack_ros.nodes.camera_source import open_first
+from colortrack_ros.nodes.camera_source import Reopening
 from colortrack_ros.sources import Grabber
 from colortrack_ros.sources import open_source
 from colortrack_ros.sources import SourceError
-from colortrack_ros.sources.device import AbsentSource
 from colortrack_ros.sources.device import DeviceSource
 
 if TYPE_CHECKING:  # it would bring SciPy, half of the time that a camera takes to start
@@ -52,9 +52,8 @@ completes on one side first."""
 MOST_SILENCE = 10.0
 """Longest time [s] until the next frame of a recording that is waited for. Assumed: longer ones are
 faults of a file's times, and a node that is silent for longer seems to hang."""
-PAUSES = (0.5, 1.0, 2.0, 5.0)
-"""Pauses [s] before a failed live source is reopened, growing with repeated failures. The last one
-repeats: a user still waits that long."""
+AFTER_FAULT = 0.5
+"""Pause [s] after a fault of ours, so that one in each picture does not fill the log. Chosen."""
 
 
 class CameraNode(ManagedNode[CameraSetup]):
@@ -77,7 +76,12 @@ class CameraNode(ManagedNode[CameraSetup]):
 
     def configure(self) -> None:
         """Open the source, and create the publishers and services."""
-        self._grabber = self._open_first()
+        try:
+            self._grabber = open_first(self.setup.source, self._open)
+        except SourceError as error:
+            raise StartError(str(error)) from error
+        self._closing = threading.Event()
+        self._reopening = Reopening(self._open, self.get_logger().error, self._closing)
         self._state = 'playing'
         self._trouble = ''
         self.health = Health(
@@ -86,6 +90,7 @@ class CameraNode(ManagedNode[CameraSetup]):
             source=lambda: self._state,
             skipped=lambda: self._grabber.skipped,
             lost=lambda: self._grabber.lost,
+            failures=lambda: self._reopening.failures,
         )
         self._images = publish_on(self, Image, self.setup.image_topic)
         self._infos = publish_on(self, CameraInfo, self.setup.camera_info_topic)
@@ -97,7 +102,6 @@ class CameraNode(ManagedNode[CameraSetup]):
         self._answers: Subscription | None = None
         self._window = Window(IN_FLIGHT)
         self._listen(self.setup)
-        self._closing = threading.Event()
         self._going.clear()
         offer(self, SetBool, '~/pause', self._pause)
         self._pacer = Pacer(self._closing.wait)
@@ -105,14 +109,6 @@ class CameraNode(ManagedNode[CameraSetup]):
         self._paced: int | None = None
         self._thread = threading.Thread(target=self._play, name='camera')
         self._thread.start()
-
-    def _open_first(self) -> Grabber:
-        try:
-            return self._open()
-        except SourceError as error:
-            if not DeviceSource.accepts(self.setup.source):
-                raise StartError(str(error)) from error
-            return Grabber(AbsentSource(error))
 
     def set_active(self, active: bool) -> None:
         """Publish, or hold a recording and drop a device's pictures."""
@@ -150,14 +146,13 @@ class CameraNode(ManagedNode[CameraSetup]):
     def _play(self) -> None:
         await_clock(self, self._closing.wait)  # stamps from 0 on fit no odometry and no TF
         self._await_subscribers()
-        self._failures = 0
         while not self._closing.is_set():
             try:
                 if not self._play_next():
                     break
             except Exception as error:  # of any kind: the pictures after it are published
                 self.tell_fault(error)
-                self._closing.wait(PAUSES[0])
+                self._closing.wait(AFTER_FAULT)
         self._end()
 
     def _play_next(self) -> bool:
@@ -166,14 +161,13 @@ class CameraNode(ManagedNode[CameraSetup]):
             frame = self._grabber.read()
         except SourceError as error:
             if self._grabber.live:
-                self._recover(error, self._failures)
-                self._failures += 1
+                self._recover(error)
             else:
                 self.health.refuse(str(error))
             return True
         if frame is None:
             return False
-        self._failures = 0
+        self._reopening.failures = 0
         self._state, self._trouble = 'playing', ''
         if not self._is_held():
             stamped = self._stamped(frame)
@@ -256,17 +250,12 @@ class CameraNode(ManagedNode[CameraSetup]):
         else:
             self._jpegs.publish(jpeg)
 
-    def _recover(self, error: SourceError, failures: int) -> None:
-        """Reopen a live source, after a pause that grows with consecutive failures."""
-        pause = PAUSES[min(failures, len(PAUSES) - 1)]
+    def _recover(self, error: SourceError) -> None:
+        """Reopen a live source."""
         self._state, self._trouble = 'failed', str(error)
-        self.get_logger().error(f'{error} Next try in {pause:g} s.')
-        self._closing.wait(pause)
-        if not self._closing.is_set():
-            # If this fails too, the next read from the old one fails and leads here again.
-            with contextlib.suppress(SourceError):
-                failed, self._grabber = self._grabber, self._open()
-                failed.close()
+        if grabber := self._reopening.again(error):
+            failed, self._grabber = self._grabber, grabber
+            failed.close()
 
     def _end(self) -> None:
         if self._closing.is_set():

@@ -11,13 +11,8 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 import pytest
-from rcl_interfaces.msg import ParameterEvent
-from rcl_interfaces.srv import GetParameters
-from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
-from support.mjpeg import free_port
-from support.mjpeg import serve
 from support.ros_domain import remove_orphans
 from support.ros_domain import segments
 from support.waiting import PATIENCE
@@ -31,36 +26,6 @@ from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import stamp_of
-
-
-def test_a_stream_that_goes_and_comes_back_is_taken_up_again(ros):
-    port = free_port()
-    server = serve(port)
-    try:
-        images = ros.listen(Image, 'camera/image_raw', reliable=False)
-        events = ros.listen(ParameterEvent, '/parameter_events')
-        diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
-        camera = ros.start('camera', source=f'http://me:secret@127.0.0.1:{port}/stream.mjpg')
-        assert ros.spin(lambda: len(images) > 10), ros.outputs()
-        server.kill()
-        server.wait()
-        assert ros.spin(lambda: 'Next try in' in camera.output), ros.outputs()
-        ros.spin(lambda: False, 2.0)
-        count, back = len(images), time.time_ns()
-        server = serve(port)
-        assert ros.spin(lambda: len(images) > count + 10), ros.outputs()
-        stamps = np.array([stamp_of(image.header) for image in images])
-        assert (np.diff(stamps) > 0).all()
-        assert back < stamps[-1] < time.time_ns()
-        assert any('failed' in str(message) for message in diagnostics)
-        request = GetParameters.Request(names=['source'])
-        shown = ros.call(GetParameters, 'camera/get_parameters', request).values[0].string_value
-        assert shown == f'http://me:***@127.0.0.1:{port}/stream.mjpg'
-        assert 'secret' not in camera.output + str(events) + str(diagnostics)
-        assert camera.stop() == 0
-    finally:
-        server.kill()
-
 
 OUTPUTS = {'camera': 'camera/image_raw', 'detector': 'detections', 'tracker': 'tracks'}
 
