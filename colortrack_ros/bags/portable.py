@@ -213,12 +213,13 @@ class PortableBag:
         self._writer.STORAGE_PLUGINS = {**plugins, StoragePlugin.SQLITE3: _NewDatabase}
         self._writer.set_custom_data(*mark)
         self._writer.open()
-        self._connections = {
-            topic: self._writer.add_connection(
-                topic, kind, typestore=_TYPES, offered_qos_profiles=[_QOS]
-            )
-            for topic, kind in topics.items()
-        }
+        with self._closed_if_it_fails():
+            self._connections = {
+                topic: self._writer.add_connection(
+                    topic, kind, typestore=_TYPES, offered_qos_profiles=[_QOS]
+                )
+                for topic, kind in topics.items()
+            }
 
     def write(self, topic: str, log_time: int, cdr: bytes) -> None:
         """Add a message."""
@@ -226,4 +227,15 @@ class PortableBag:
 
     def close(self) -> None:
         """Write the index and the metadata."""
-        self._writer.close()
+        with self._closed_if_it_fails():
+            self._writer.close()
+
+    @contextlib.contextmanager
+    def _closed_if_it_fails(self) -> Iterator[None]:
+        """Close the file although it cannot be finished, as on a full disk."""
+        try:
+            yield
+        except Exception:
+            with contextlib.suppress(Exception):  # what cannot be written is told already
+                self._writer.abort()
+            raise

@@ -16,6 +16,7 @@ from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
+from colortrack_ros.flow.stamps import OF_ONE_MOMENT
 from colortrack_ros.flow.stamps import StampWatch
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.replay.chains import make_chain
@@ -43,6 +44,7 @@ class Answers:
     restarts: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     tracks: set[int] = field(default_factory=set)
+    still: list[str] = field(default_factory=list)
     first: int = 0
     last: int = 0
 
@@ -59,6 +61,17 @@ class Answers:
         """Count a picture if detector or tracker have advice about it; empty: they have none."""
         if trouble:
             self.warnings.append(trouble)
+
+    def stamp(self, still: str) -> None:
+        """Count a frame whose stamp stands still; empty: it does not."""
+        self.warn(still)
+        self.still += [still] if still else []
+
+    @property
+    def timeless(self) -> str:
+        """What is wrong if stamps stood still from the first frame to the last; empty if not."""
+        stood = bool(self.still) and len(self.still) + OF_ONE_MOMENT >= self.frames
+        return self.still[-1] if stood else ''
 
 
 @dataclass(frozen=True)
@@ -122,6 +135,8 @@ def replay_recording(
         seconds = time.monotonic() - began
     if recording.lost and not error:
         error = f'{recording.label}: {recording.lost} pictures are lost'
+    if tally.timeless and not error:
+        error = f'{recording.label}: {tally.timeless}'
     differences = next((o.report() for o in outputs if isinstance(o, ExpectedOutput)), '')
     return Replayed(recording, path, tally, seconds, stop.is_set(), error, differences)
 
@@ -148,7 +163,7 @@ def run_through(
 
     def tracked(tracks: Tracks, item: Item) -> None:
         tally.add(item, tracks)
-        tally.warn(stamps.see(tracks.stamp))
+        tally.stamp(stamps.see(tracks.stamp))
         number = tally.frames + recording.refused
         for output in outputs:
             output.write(number, item, tracks)

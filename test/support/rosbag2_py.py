@@ -1,5 +1,6 @@
 """Stands in for rosbag2_py, which needs ROS: what is used of it, by its names, with rosbags."""
 
+import contextlib
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -123,4 +124,9 @@ class SequentialWriter:
         self._writer.write(self._topics[topic_name], time, message)
 
     def close(self):
-        self._writer.close()
+        try:
+            self._writer.close()
+        except Exception:  # a destructor closes the file in any case
+            with contextlib.suppress(Exception):
+                self._writer.abort()
+            raise
