@@ -47,7 +47,7 @@ class ContourConfig(TimeLimits):
     )
     line_length: int = parameter(
         30,
-        'Length of a measurement line, half of it to each side of the contour (L).',
+        'Length of a measurement line, half of it to each side of the contour.',
         unit='px',
         limits=(4, 200),
     )

@@ -47,16 +47,16 @@ def _side(default: int, operation: str, **declared: Any) -> Any:
 
 @dataclass(frozen=True)
 class MorphologyConfig(Config):
-    """How to clean the mask: closing, erosion, opening, in this order.
+    """How to clean the mask: closing (2.7), erosion (2.4), opening (2.6), in this order.
 
     Area, box and centroid are measured in the cleaned mask.
     """
 
-    erosion_size: int = _side(3, 'erosion (2.4)')
-    opening_size: int = _side(1, 'opening (2.6), after the erosion', audience=EXPERT)
+    erosion_size: int = _side(3, 'erosion')
+    opening_size: int = _side(1, 'opening, after the erosion', audience=EXPERT)
     closing_size: int = _side(
         1,
-        'closing (2.7), before the erosion, which joins the parts of a striped object',
+        'closing, before the erosion, which joins the parts of a striped object',
         audience=EXPERT,
     )
 

@@ -207,8 +207,8 @@ class ReferenceColorConfig(Config):
     )
     tolerance: float = parameter(
         0.0,
-        'Pixels closer than this to the reference color belong to it (tau); 0 finds in the '
-        'pictures where the color ends and others begin, and the least area of its blobs.',
+        'Pixels closer than this to the reference color belong to it; 0 finds in the pictures '
+        'where the color ends and others begin, and the least area of its blobs.',
         unit='CIELAB units',
         limits=(0.0, MAX_TOLERANCE),
     )

@@ -79,8 +79,8 @@ class TrackerConfig(TimeLimits):
     )
     measurement_noise: float = parameter(
         1.0,
-        'Standard deviation of a measured position, where a detection brings no covariance '
-        '(sigma_w): a guess, held to be 2.1 times as large until the detections show it.',
+        'Standard deviation of a measured position, where a detection brings no covariance: '
+        'a guess, held to be 2.1 times as large until the detections show it.',
         unit='px',
         limits=(1e-3, 1e3),
     )

@@ -34,7 +34,7 @@ class WindowConfig(TimeLimits):
     )
     window: int = parameter(
         0,
-        "Side of the square window (N), odd, from 5 on; 0 takes each target's box.",
+        "Side of the square window, odd, from 5 on; 0 takes each target's box.",
         unit='px',
         limits=(0, 999),
     )

@@ -1,5 +1,7 @@
 """What holds for every parameter of every node."""
 
+import re
+
 from parameter_pages import NODES
 import pytest
 
@@ -29,6 +31,14 @@ def test_a_parameter_is_described_in_sentences(spec):
     assert spec.description.endswith('.')
     assert len(spec.description.split()) > 2
     assert '  ' not in spec.description
+
+
+@pytest.mark.parametrize('spec', PARAMETERS.values(), ids=PARAMETERS)
+def test_letters_and_numbers_of_the_documents_are_of_who_has_them(spec):
+    """`the erosion (2.4)`, `the window (N)`: sigma_s stands in a formula beside it."""
+    assert spec.audience == DOCUMENT or not re.search(
+        r'\((\d\.\d+|[A-Z](_\w+)?|tau|sigma_w)\)', spec.description
+    )
 
 
 @pytest.mark.parametrize('spec', PARAMETERS.values(), ids=PARAMETERS)
