@@ -30,7 +30,13 @@ from support.lit_balls import wheel
 WHEELS = ((8, 0.6), (8, 0.8), (10, 0.6), (10, 0.8), (12, 0.8), (16, 0.8))
 """Number of hues, and the light at the bottom of each ball."""
 
-ALIKE = ({'red', 'pink'}, {'orange', 'redorange'}, {'blue', 'sky'}, {'violet', 'magenta'})
+ALIKE = (
+    {'red', 'pink'},
+    {'orange', 'redorange'},
+    {'blue', 'sky'},
+    {'violet', 'magenta'},
+    {'violet', 'purple'},
+)
 """Colors that one may take for each other."""
 
 CROWDS = ('EqZotiQQQ', 'CapedCrusader03', 'jagdesh', 'DanielFrauAlfaro')

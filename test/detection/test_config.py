@@ -81,9 +81,9 @@ def test_an_ellipsoid_out_of_range_is_refused(axes):
 
 def test_an_unknown_preset_is_refused_with_those_there_are():
     with pytest.raises(
-        ValueError, match=r"ball\.preset: expected one of red, orange.*, got 'pink'"
+        ValueError, match=r"ball\.preset: expected one of red, orange.*, got 'puce'"
     ):
-        ReferenceColor.from_preset('ball', 'pink')
+        ReferenceColor.from_preset('ball', 'puce')
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,9 @@ def test_an_unknown_preset_is_refused_with_those_there_are():
         'green': [(50, 150, 60), (30, 110, 45), (70, 190, 70)],
         'cyan': [(40, 180, 190), (60, 200, 215)],
         'blue': [(35, 75, 175), (38, 84, 176), (20, 40, 130), (30, 90, 220)],
+        'purple': [(110, 50, 150), (90, 30, 140), (150, 80, 200), (128, 0, 128)],
         'magenta': [(190, 40, 150), (220, 60, 180)],
+        'pink': [(255, 150, 180), (235, 120, 150), (230, 90, 140), (250, 180, 190)],
         'white': [(250, 250, 250), (225, 228, 230)],
         'black': [(15, 15, 15), (35, 32, 30)],
     }.items(),
@@ -108,4 +110,6 @@ def test_presets_hold_the_colors_of_their_name_and_no_gray(name, rgbs):
     )
     labels = table.label_colors(np.array(rgbs))
     assert [list(PRESETS)[label - 1] for label in labels if label] == [name] * len(rgbs)
-    assert not table.label_colors(np.array([(128, 128, 128), (90, 85, 80), (205, 160, 132)])).any()
+    assert not table.label_colors(
+        np.array([(128, 128, 128), (90, 85, 80), (205, 160, 132), (230, 150, 130)])
+    ).any()
