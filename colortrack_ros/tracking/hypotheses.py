@@ -12,6 +12,8 @@ from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.estimation.innovations import compare
 from colortrack_ros.estimation.innovations import Innovations
+from colortrack_ros.estimation.track_table import marked
+from colortrack_ros.tracking.association.gnn import associate
 from colortrack_ros.tracking.centers import measure_centers
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.measurements import Measurements
@@ -99,7 +101,25 @@ def score(
         _count_sizes(ratio, prediction, blobs, track, hypotheses.blob)
     if not config.gating:
         ratio -= ratio.min(initial=0.0) - 1.0
+    if prediction.weak_below and len(track):
+        weak = blobs.rows['score'].take(hypotheses.blob) < prediction.weak_below
+        if np.count_nonzero(weak):
+            ratio[_is_needless(ratio, track, hypotheses.blob, weak)] = -UNDOUBTED
     return ratio
+
+
+def _is_needless(ratio: Floats, track: Indices, blob: Indices, weak: Bools) -> Bools:
+    """Return which pairs are of a weak box of a network, and of a track that a sure box is for.
+
+    A weak box beside a sure one is mostly the same object once more, or nothing (Zhang et al. 2022,
+    ByteTrack), however well it fits.
+
+    :param ratio: (K,) of pairs of a track and a blob.
+    :param weak: (K,) pairs with a weak box.
+    """
+    sure = (~weak).nonzero()[0]
+    chosen, _ = associate(track[sure], blob[sure], ratio[sure])
+    return weak & marked(track[sure[chosen]], int(track.max()) + 1)[track]
 
 
 def _count_sizes(

@@ -84,6 +84,7 @@ class Prediction:
     :param sized: whether any track or blob has a size.
     :param sizes: statistics of sizes.
     :param finds_whole: see Adaptation.
+    :param weak_below: see Overlaps.
     :ivar turn: (1, 2) as speed, for what maneuvers, or for each, (N, 2) [px/s].
     :ivar is_scaled: whether it is for each, by its nearness().
     """
@@ -107,6 +108,7 @@ class Prediction:
     sized: bool
     sizes: Sizes
     finds_whole: bool
+    weak_below: float
     turn: Floats = field(init=False)
     is_scaled: bool = field(init=False)
 
@@ -227,6 +229,7 @@ def _expect(
         sized=sized,
         sizes=learned.sizes,
         finds_whole=learned.finds_whole,
+        weak_below=learned.overlaps.weak_below,
     )
 
 

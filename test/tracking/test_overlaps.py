@@ -187,6 +187,22 @@ def test_weak_boxes_of_a_network_start_no_track_but_go_on_with_one():
     assert ids_of(frames, start_score=0.0)[-1] == [1, 2]
 
 
+def test_a_weak_box_is_for_whom_no_sure_one_is_for_however_well_it_fits():
+    """Beside somebody the network finds him once more, nearer to where he is expected."""
+    rng, tracker = np.random.default_rng(3), Tracker(TrackerConfig(image_size=(640, 480)))
+    for k in range(90):
+        u, aside = 100 + 2 * k, rng.normal(0, 4)
+        lone = k > 20 and k % 9 == 0  # and then the only one that there is
+        one = (u, 200, 0.2) if lone else (u + aside, 200, 0.9)
+        frame = boxes_of(one, *[(u, 201, 0.2)] * (k > 20 and not lone))
+        frame.rows['box_w'][1:] += 0.5
+        tracks = tracker.update(Detections(frame.rows, (k + 1) * 10**9 // RATE)).rows
+        tracks = tracks[tracks['state'] == CONFIRMED]
+        if k > 5:
+            assert tracks['track_id'].tolist() == [1]
+            assert tracks['box_w'] == frame.rows['box_w'][0]
+
+
 @pytest.mark.parametrize('score', [0.2, 0.35, 7.0])
 def test_a_network_that_is_never_surer_starts_tracks(score):
     frames = [boxes_of((100 + k, 200, score), (500, 100, 0.15)) for k in range(10)]
