@@ -186,12 +186,14 @@ def test_the_noise_that_nobody_states_is_doubted_until_it_shows():
 
 def test_colors_that_are_seen_once_are_not_kept():
     """Of whom nothing is learned nothing is remembered, however many there are."""
-    rng, tracker = np.random.default_rng(0), Tracker()
+    rng, tracker, told = np.random.default_rng(0), Tracker(), []
+    tracker.screening.refuse = told.append
     for k in range(20):
         detections = points(rng.uniform(0, 1000, (50, 2)), k * FRAME)
         detections.rows['color'] = np.arange(50) + 50 * k
         tracker.update(detections)
     assert len(tracker._adaptation.noisiness.guessed) <= 50
+    assert len(told) == 1  # see test_screening.py
 
 
 @pytest.mark.slow
