@@ -19,6 +19,7 @@ from colortrack_ros.detection.covariance import centroid_covariance
 from colortrack_ros.detection.covariance import open_part
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.methods import METHODS
+from colortrack_ros.detection.methods.base import Method
 from colortrack_ros.detection.morphology import close
 from colortrack_ros.detection.morphology import erode
 from colortrack_ros.detection.morphology import open_
@@ -67,17 +68,20 @@ class Detector:
         self._background = BackgroundModel()
         self._mask, self._is_gray = LabelImage.empty(0, 0), False
         self.blobs = find_blobs(self._mask, 1)
+        self._method = Method()
         self.configure(config)
 
     def configure(self, config: DetectorConfig) -> None:
         """Apply another configuration, starting with the next frame.
 
-        The learned background is kept.
+        What has been learned is kept: of the background, and of the colors in the light as it has
+        become, unless the colors or the handling of the light change.
 
         :raises ValueError: if there is no picture at mask; the old configuration stays in force.
         """
         self._regions = Regions(config.regions, config.mask)
-        self._method = METHODS[config.method](config, self._background)
+        before, self._method = self._method, METHODS[config.method](config, self._background)
+        self._method.take_over(before)
         self._skewness = UsualSkewness(self._method.labels)
         self._touching = TouchingThings()
         self._config, self._areas = config, config.areas()

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from support.cameras import encode
 
+from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
@@ -68,3 +69,22 @@ def test_a_color_alone_follows_the_light_in_any_encoding_seen_or_not(encoding):
         frame = encode(image, encoding)
         found.append(len(detector.detect(replace(frame, stamp=k * NANOSECONDS)).rows))
     assert found == [0] * 5 + [1] * 55
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('given', [{'tolerance': 0.0}, {'tolerance': 15.0}])
+def test_a_color_that_has_followed_the_light_is_not_lost_when_something_else_is_set(given):
+    """A detector whose min_area was set in the evening found nothing until the next morning."""
+    ball = replace(ReferenceColor.from_rgb('ball', (200, 60, 40)), **given)
+    config = DetectorConfig(colors=(ball,), follow_light=80.0)
+    detector, rng = Detector(config), np.random.default_rng(0)
+    room = cv2.GaussianBlur(rng.uniform(80, 150, (120, 160, 3)), (0, 0), 9)
+    for k in range(120):
+        lamp = 1 - np.array([0.5, 0.5, 0.5]) * np.clip(k / 90, 0, 1)
+        picture = cv2.circle(room.copy(), (40 + k % 50, 60), 14, (40, 60, 200), -1) * lamp
+        noisy = (picture + rng.normal(0, 2, picture.shape)).astype(np.uint8)
+        if k == 110:
+            detector.configure(replace(config, min_area=config.min_area + 1))
+        rows = detector.detect(Frame(noisy, 'bgr8', k * NANOSECONDS // 5)).rows
+        if k >= 105:
+            assert rows['u'] == pytest.approx([40 + k % 50], abs=1.0), k

@@ -68,5 +68,8 @@ class Method:
         :param kept: the detected ones.
         """
 
+    def take_over(self, before: 'Method') -> None:
+        """Go on with what the method before has learned, if it holds with this configuration."""
+
     def restart(self) -> None:
         """Forget everything learned."""

@@ -49,6 +49,8 @@ MAX_COLORS = 254
 FOLLOW_PIXELS = 16
 """Pixels of a blob whose mean a reference color follows. 16 give the mean to a quarter of the
 pixels' spread, and the time constant averages over many frames."""
+LEARNS_BY = ('colors', 'white_balance', 'follow_light', 'smoothing')
+"""Parameters that what has been learned of the colors and of the light depends on."""
 MAX_SMOOTHING = 31
 """Largest side of the square that is averaged [px]. Assumed: wider than most objects."""
 
@@ -259,6 +261,15 @@ class ColorDistance(Method):
             colors = self._follower.follow(lab, kept.label[blob] - 1, frame.stamp)
             if colors is not None:
                 self._take(colors)
+
+    def take_over(self, before: Method) -> None:
+        """Go on with the colors as the light has become, if they and its handling are the same."""
+        if isinstance(before, ColorDistance) and all(
+            getattr(before._config, name) == getattr(self._config, name) for name in LEARNS_BY
+        ):
+            self._follower, self._gray_world = before._follower, before._gray_world
+            self._finder, self._smoothing = before._finder, before._smoothing
+            self._take(before._given)
 
     def restart(self) -> None:
         """Restart from the configured colors; the next frame sets the reference light."""
