@@ -25,6 +25,7 @@ from colortrack_ros.detection.morphology import erode
 from colortrack_ros.detection.morphology import open_
 from colortrack_ros.detection.pixels import channels_of
 from colortrack_ros.detection.pixels import split_rgb
+from colortrack_ros.detection.reference import expect
 from colortrack_ros.detection.regions import Regions
 from colortrack_ros.detection.several import places_inside
 from colortrack_ros.detection.shape import keep_shapes
@@ -77,8 +78,11 @@ class Detector:
         What has been learned is kept: of the background, and of the colors in the light as it has
         become, unless the colors or the handling of the light change.
 
-        :raises ValueError: if there is no picture at mask; the old configuration stays in force.
+        :raises ValueError: if there is no picture at mask, or this is no configuration; the old one
+            stays in force.
         """
+        kind = type(config).__name__
+        expect(isinstance(config, DetectorConfig), 'config', kind, 'a DetectorConfig')
         self._regions = Regions(config.regions, config.mask)
         before, self._method = self._method, METHODS[config.method](config, self._background)
         self._method.take_over(before)

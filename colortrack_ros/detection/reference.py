@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from dataclasses import replace
+from numbers import Real
 
 import numpy as np
 
@@ -29,6 +30,20 @@ def expect(valid: bool, name: str, value: object, expected: str) -> None:
     """Raise ValueError naming the parameter, the value and the range, unless valid."""
     if not valid:
         raise ValueError(f'{name}: expected {expected}, got {value!r}')
+
+
+def _triples(given: object) -> tuple[Triple, ...] | None:
+    """Rows of three numbers as tuples, which can be compared and hashed; None of something else.
+
+    :param given: (N, 3), in lists, tuples, or an array.
+    """
+    try:
+        rows = np.asarray(given)
+    except ValueError:  # they differ in length
+        return None
+    if rows.shape != (0,) and (rows.shape[1:] != (3,) or rows.dtype.kind not in 'iuf'):
+        return None
+    return tuple(map(tuple, rows.astype(float).tolist()))
 
 
 def _are_fractions(rgb: Sequence[float]) -> bool:
@@ -71,20 +86,34 @@ class ReferenceColor:
     def __post_init__(self) -> None:
         expect(self.name != '', 'colors', self.name, 'a name that is not empty')
         name = f'{self.name}.lab'
-        expect(len(self.lab) == 3, name, self.lab, 'three numbers [L, a, b]')
+        self._keep('lab', 'three numbers [L, a, b]')
         for (axis, low, high), value in zip(LAB_RANGES, self.lab, strict=True):
             expect(low <= value <= high, name, self.lab, f'{axis} in {low}..{high}')
         limits = f'above 0, at most {MAX_TOLERANCE}'
         found = f'{limits}, or 0 to find it in the picture'
-        valid = 0 <= self.tolerance <= MAX_TOLERANCE
+        valid = isinstance(self.tolerance, Real) and 0 <= self.tolerance <= MAX_TOLERANCE
         expect(valid, f'{self.name}.tolerance', self.tolerance, found)
+        for field in ('samples', 'others'):
+            self._keep(field, 'rows of three numbers [L, a, b]', many=True)
         if self.is_sought:
             return
-        valid = len(self.axes) == 3 and all(0 < axis <= MAX_TOLERANCE for axis in self.axes)
         limits = f'three numbers [dL, da, db], each {limits}'
+        if self.tolerance_lab is not None:
+            self._keep('tolerance_lab', limits)
+        valid = all(0 < axis <= MAX_TOLERANCE for axis in self.axes)
         expect(valid, f'{self.name}.tolerance_lab', self.tolerance_lab, limits)
         if self.tolerance == 0:
             object.__setattr__(self, 'tolerance', max(self.axes))
+
+    def _keep(self, field: str, expected: str, *, many: bool = False) -> None:
+        """Keep three numbers, or rows of them, as tuples.
+
+        :raises ValueError: the field is something else.
+        """
+        given = getattr(self, field)
+        triples = _triples(given if many else [given])
+        expect(triples is not None, f'{self.name}.{field}', given, expected)
+        object.__setattr__(self, field, triples if many or not triples else triples[0])
 
     @property
     def is_sought(self) -> bool:
@@ -115,9 +144,10 @@ class ReferenceColor:
         :raises ValueError: if rgb is out of range or in fractions of one, or for the reasons of the
             constructor.
         """
-        valid = len(rgb) == 3 and all(0 <= value <= 255 for value in rgb)
         expected = 'three numbers [r, g, b] in 0..255'
-        expect(valid, f'{name}.rgb', tuple(rgb), expected)
+        array = np.asarray(rgb)
+        valid = array.shape == (3,) and array.dtype.kind in 'iuf'
+        expect(valid and all(0 <= value <= 255 for value in rgb), f'{name}.rgb', rgb, expected)
         expect(not _are_fractions(rgb), f'{name}.rgb', tuple(rgb), f'{expected}, not in 0..1')
         lightness, a, b = lab_from_linear(linear_from_srgb(rgb)).tolist()
         return cls(name, (lightness, a, b), tolerance, tolerance_lab)

@@ -4,6 +4,7 @@ from math import nan
 import numpy as np
 import pytest
 
+from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.color_table import ColorTable
@@ -77,6 +78,38 @@ def test_a_color_without_a_name_is_refused():
 def test_an_ellipsoid_out_of_range_is_refused(axes):
     with pytest.raises(ValueError, match=r'red\.tolerance_lab: expected three numbers'):
         ReferenceColor('red', LAB, tolerance_lab=axes)
+
+
+@pytest.mark.parametrize('of', [list, np.array])
+def test_a_color_of_lists_or_arrays_is_that_of_tuples(of):
+    """It raised `unhashable type` in the detector's first lines."""
+    parts = {
+        'tolerance_lab': (20.0, 9.0, 9.0),
+        'samples': (LAB, (50.0, 1.0, 2.0)),
+        'others': (LAB,),
+    }
+    given = {name: of(part) for name, part in parts.items()}
+    assert ReferenceColor('red', of(LAB), **given) == ReferenceColor('red', LAB, **parts)
+    Detector(DetectorConfig(colors=(ReferenceColor('red', of(LAB), **given),)))
+
+
+@pytest.mark.parametrize('wrong', ['205,58,34', ('1', '2', '3'), None, 5, ((1, 2, 3),), (1, 2)])
+def test_what_is_no_color_is_refused_by_name(wrong):
+    for make, field in (
+        (lambda: ReferenceColor.from_rgb('red', wrong), 'rgb'),
+        (lambda: ReferenceColor('red', wrong), 'lab'),
+        (lambda: ReferenceColor('red', LAB, tolerance_lab=wrong or 5), 'tolerance_lab'),
+        (lambda: ReferenceColor('red', LAB, samples=(wrong,)), 'samples'),
+        (lambda: ReferenceColor('red', LAB, tolerance='5'), 'tolerance'),
+    ):
+        with pytest.raises(ValueError, match=rf'^red\.{field}: expected .*, got '):
+            make()
+
+
+@pytest.mark.parametrize('config', [None, {}, 'my.yaml', ReferenceColor('red', LAB)])
+def test_a_detector_of_something_else_than_a_configuration_is_refused(config):
+    with pytest.raises(ValueError, match=r'^config: expected a DetectorConfig, got '):
+        Detector(config)
 
 
 def test_an_unknown_preset_is_refused_with_those_there_are():
