@@ -32,7 +32,7 @@ from colortrack_ros.detection import sought_color
 from colortrack_ros.detection import strangers
 from colortrack_ros.detection import teach
 from colortrack_ros.detection import usual_areas
-from colortrack_ros.detection.reference import PRESETS
+from colortrack_ros.detection.presets import PRESETS
 from colortrack_ros.sources import open_source
 
 CLIPS = {

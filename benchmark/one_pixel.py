@@ -20,7 +20,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
-from colortrack_ros.detection.reference import PRESETS
+from colortrack_ros.detection.presets import PRESETS
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
 

@@ -17,9 +17,9 @@ from colortrack_ros.detection.extent import SHAPE
 from colortrack_ros.detection.growth import nearest_sample
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.lab import rgb_from_lab
+from colortrack_ros.detection.lab import Triple
 from colortrack_ros.detection.pixels import rgb_of
 from colortrack_ros.detection.reference import ReferenceColor
-from colortrack_ros.detection.reference import Triple
 
 LOOKED_AT = 30
 """Number of rows that are read. Assumed: every sixteenth of 640x480."""

@@ -26,7 +26,7 @@ from colortrack_ros.detection.growth import SIZE_STEP
 from colortrack_ros.detection.growth import SIZES
 from colortrack_ros.detection.growth import SLOPE_STEPS
 from colortrack_ros.detection.lab import rgb_from_lab
-from colortrack_ros.detection.reference import Triple
+from colortrack_ros.detection.lab import Triple
 
 # On four real clips, `python benchmark/colors.py --constants` halves and doubles the constants
 # below that are neither derived nor from a source.

@@ -7,6 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from numpy.typing import NDArray
 
+Triple = tuple[float, float, float]
+"""A color: L 0..100, a and b -128..128; or lengths along these axes."""
+
 SRGB_TO_XYZ = np.array(
     [
         [0.412453, 0.357580, 0.180423],

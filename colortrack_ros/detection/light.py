@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.growth import NO_LIGHT
+from colortrack_ros.detection.lab import Triple
 from colortrack_ros.detection.reference import LAB_RANGES
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
-from colortrack_ros.detection.reference import Triple
 
 BALANCE_PIXELS = 16384
 """Number of pixels from which the light is estimated: their mean is known to 1/128 of their

@@ -14,8 +14,8 @@ from colortrack_ros.detection.growth import NO_LIGHT
 from colortrack_ros.detection.lab import lab_from_linear
 from colortrack_ros.detection.lab import linear_from_lab
 from colortrack_ros.detection.lab import linear_from_srgb
+from colortrack_ros.detection.lab import Triple
 from colortrack_ros.detection.pixels import split_rgb
-from colortrack_ros.detection.reference import Triple
 
 COMPARED_PIXELS = 4096
 """Number of means of pixels that are compared, which have less noise. Assumed: half of them are

@@ -10,9 +10,9 @@ from colortrack_ros.detection.extent import SHAPE
 from colortrack_ros.detection.growth import FEWEST_PIXELS
 from colortrack_ros.detection.growth import NEAR
 from colortrack_ros.detection.growth import nearest_sample
-from colortrack_ros.detection.reference import PRESETS
+from colortrack_ros.detection.lab import Triple
+from colortrack_ros.detection.presets import PRESETS
 from colortrack_ros.detection.reference import ReferenceColor
-from colortrack_ros.detection.reference import Triple
 
 MOST_CANDIDATES = 64
 """Most cells of the table that are compared. Assumed: those that weigh most of a picture's hundreds

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from colortrack_ros.detection.growth import NEAR
 from colortrack_ros.detection.growth import OFF_LINE
 from colortrack_ros.detection.lab import lab_from_rgb
-from colortrack_ros.detection.reference import Triple
+from colortrack_ros.detection.lab import Triple
 
 CLIMB_STEP = 2
 """Longest step [px]. Colors of video are constant over 2 by 2 pixels, and so is their slope."""

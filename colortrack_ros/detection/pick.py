@@ -26,12 +26,12 @@ from colortrack_ros.detection.extent import LEAST_SPREAD
 from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.growth import MOST_GROWTH
 from colortrack_ros.detection.lab import lab_from_rgb
+from colortrack_ros.detection.lab import Triple
 from colortrack_ros.detection.own_color import own_color_at
 from colortrack_ros.detection.pixels import split_rgb
 from colortrack_ros.detection.reference import expect
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
-from colortrack_ros.detection.reference import Triple
 from colortrack_ros.detection.shape import ShapeConfig
 from colortrack_ros.detection.strangers import find_own_extent
 from colortrack_ros.encodings import check

@@ -11,9 +11,9 @@ from colortrack_ros.detection.cells import cell_bounds
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.growth import nearest_sample
 from colortrack_ros.detection.growth import SIZE_STEP
+from colortrack_ros.detection.lab import Triple
 from colortrack_ros.detection.light_change import lab_in_light
 from colortrack_ros.detection.light_change import lightest_channel
-from colortrack_ros.detection.reference import Triple
 from colortrack_ros.detection.shades import reach_of
 from colortrack_ros.detection.shades import shades_beyond
 from colortrack_ros.detection.shades import with_shades

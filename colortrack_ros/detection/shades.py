@@ -24,8 +24,8 @@ from colortrack_ros.detection.growth import nearest_sample
 from colortrack_ros.detection.growth import NO_LIGHT
 from colortrack_ros.detection.growth import SIZE_STEP
 from colortrack_ros.detection.growth import SLOPE_STEPS
+from colortrack_ros.detection.lab import Triple
 from colortrack_ros.detection.morphology import EROSION
-from colortrack_ros.detection.reference import Triple
 
 ELSEWHERE_SHARE = 0.01
 """Number of pixels elsewhere that the shades of a color may include [share of the color's pixels].

@@ -17,6 +17,7 @@ from colortrack_ros.detection.extent import SHAPE
 from colortrack_ros.detection.growth import MOST_GROWTH
 from colortrack_ros.detection.growth import NEAR
 from colortrack_ros.detection.growth import nearest_sample
+from colortrack_ros.detection.lab import Triple
 from colortrack_ros.detection.light_change import as_shown
 from colortrack_ros.detection.light_change import in_light
 from colortrack_ros.detection.light_change import lab_in_light
@@ -24,7 +25,6 @@ from colortrack_ros.detection.named import as_named
 from colortrack_ros.detection.named import color_by_name
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
-from colortrack_ros.detection.reference import Triple
 from colortrack_ros.detection.shade_follower import ShadeFollower
 from colortrack_ros.detection.shade_follower import SHADES_SECONDS
 from colortrack_ros.detection.strangers import Strangers

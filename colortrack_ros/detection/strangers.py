@@ -23,9 +23,9 @@ from colortrack_ros.detection.growth import FEWEST_PIXELS
 from colortrack_ros.detection.growth import MOST_GROWTH
 from colortrack_ros.detection.growth import NEAR
 from colortrack_ros.detection.growth import nearest_sample
+from colortrack_ros.detection.lab import Triple
 from colortrack_ros.detection.light_change import lab_in_light
 from colortrack_ros.detection.morphology import EROSION
-from colortrack_ros.detection.reference import Triple
 from colortrack_ros.detection.usual_areas import LEAST_SHARE
 
 OTHER_HUE = np.radians(15.0)

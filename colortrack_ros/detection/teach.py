@@ -25,6 +25,7 @@ from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.extent import LARGEST_GROUND
 from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.lab import lab_from_rgb
+from colortrack_ros.detection.lab import Triple
 from colortrack_ros.detection.pick import are_at
 from colortrack_ros.detection.pick import boxes_hold
 from colortrack_ros.detection.pick import connected
@@ -35,7 +36,6 @@ from colortrack_ros.detection.pixels import split_rgb
 from colortrack_ros.detection.reference import expect
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
-from colortrack_ros.detection.reference import Triple
 from colortrack_ros.detection.shape import MEASURES
 from colortrack_ros.detection.shape import ShapeConfig
 from colortrack_ros.encodings import check

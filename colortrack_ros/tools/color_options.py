@@ -3,8 +3,8 @@
 import argparse
 
 from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.detection.presets import PRESETS
 from colortrack_ros.detection.reference import MAX_TOLERANCE
-from colortrack_ros.detection.reference import PRESETS
 
 
 def color_option(text: str) -> str:

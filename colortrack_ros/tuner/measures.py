@@ -13,11 +13,11 @@ from colortrack_ros.detection.cells import cell_bounds
 from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.lab import rgb_from_lab
+from colortrack_ros.detection.lab import Triple
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.named import as_named
 from colortrack_ros.detection.reference import apart_from
 from colortrack_ros.detection.reference import ReferenceColor
-from colortrack_ros.detection.reference import Triple
 from colortrack_ros.detection.shades import reach_of
 from colortrack_ros.detection.shades import with_shades
 from colortrack_ros.detection.shape import MEASURES

@@ -8,7 +8,7 @@ from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.color_table import ColorTable
-from colortrack_ros.detection.reference import PRESETS
+from colortrack_ros.detection.presets import PRESETS
 from colortrack_ros.parameters.config import specs_of
 
 LAB = (50.0, 10.0, 10.0)
