@@ -1,5 +1,6 @@
 """Tolerance estimation: finds how far a color extends in the pictures, and follows the light."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -58,6 +59,20 @@ class ColorFinder:
         self._seen: set[int] = set()
         self._light = LightChange()
         self._usual = UsualAreas(len(colors), list(self._sought))
+
+    def take_over(self, before: 'ColorFinder') -> None:
+        """Go on with what another one has learned of the light, and of the colors that both have.
+
+        Their limits of the area may differ.
+        """
+        known = {_shade_of(color): k for k, color in enumerate(before._given)}
+        for k, color in enumerate(self._given):
+            old = before._sought.get(known.get(_shade_of(color), -1))
+            if old is not None:
+                old.color = replace(old.color, min_area=color.min_area, max_area=color.max_area)
+                self._sought[k] = old
+        self._pool, self._looked, self._light = before._pool, before._looked, before._light
+        self._keep_apart()
 
     def read_palette(self, frame: Frame) -> None:
         """Take the colors that are not found yet for what a dithered picture shows by them.
@@ -202,3 +217,8 @@ class ColorFinder:
             self._seen.update((blobs.label - 1).tolist())
         self._specks = int(np.count_nonzero(~kept))
         return kept
+
+
+def _shade_of(color: ReferenceColor) -> ReferenceColor:
+    """A color without the limits of its area."""
+    return replace(color, min_area=0, max_area=0)

@@ -15,6 +15,7 @@ from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.light import ColorFollower
 from colortrack_ros.detection.light import FOLLOW_STEP
 
+GREEN = ReferenceColor.from_rgb('green', (40, 160, 60))
 BALL = ReferenceColor('ball', (60.0, 40.0, 30.0), 20.0)
 
 
@@ -72,8 +73,17 @@ def test_a_color_alone_follows_the_light_in_any_encoding_seen_or_not(encoding):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('given', [{'tolerance': 0.0}, {'tolerance': 15.0}])
-def test_a_color_that_has_followed_the_light_is_not_lost_when_something_else_is_set(given):
+@pytest.mark.parametrize(
+    ('given', 'change'),
+    [
+        ({'tolerance': 0.0}, lambda config: {'min_area': config.min_area + 1}),
+        ({'tolerance': 15.0}, lambda config: {'min_area': config.min_area + 1}),
+        ({'tolerance': 0.0}, lambda config: {'colors': (replace(config.colors[0], min_area=50),)}),
+        ({'tolerance': 0.0}, lambda config: {'colors': (GREEN, *config.colors)}),
+    ],
+    ids=['min_area', 'min_area, tolerance given', 'min_area of the color', 'another color'],
+)
+def test_a_color_that_has_followed_the_light_is_not_lost_when_something_else_is_set(given, change):
     """A detector whose min_area was set in the evening found nothing until the next morning."""
     ball = replace(ReferenceColor.from_rgb('ball', (200, 60, 40)), **given)
     config = DetectorConfig(colors=(ball,), follow_light=80.0)
@@ -84,7 +94,7 @@ def test_a_color_that_has_followed_the_light_is_not_lost_when_something_else_is_
         picture = cv2.circle(room.copy(), (40 + k % 50, 60), 14, (40, 60, 200), -1) * lamp
         noisy = (picture + rng.normal(0, 2, picture.shape)).astype(np.uint8)
         if k == 110:
-            detector.configure(replace(config, min_area=config.min_area + 1))
+            detector.configure(replace(config, **change(config)))
         rows = detector.detect(Frame(noisy, 'bgr8', k * NANOSECONDS // 5)).rows
         if k >= 105:
             assert rows['u'] == pytest.approx([40 + k % 50], abs=1.0), k

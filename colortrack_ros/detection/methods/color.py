@@ -49,8 +49,8 @@ MAX_COLORS = 254
 FOLLOW_PIXELS = 16
 """Pixels of a blob whose mean a reference color follows. 16 give the mean to a quarter of the
 pixels' spread, and the time constant averages over many frames."""
-LEARNS_BY = ('colors', 'white_balance', 'follow_light', 'smoothing')
-"""Parameters that what has been learned of the colors and of the light depends on."""
+LEARNS_BY = ('white_balance', 'follow_light', 'smoothing')
+"""Parameters that what has been learned of each color, and of the light, depends on."""
 MAX_SMOOTHING = 31
 """Largest side of the square that is averaged [px]. Assumed: wider than most objects."""
 
@@ -264,12 +264,17 @@ class ColorDistance(Method):
 
     def take_over(self, before: Method) -> None:
         """Go on with the colors as the light has become, if they and its handling are the same."""
-        if isinstance(before, ColorDistance) and all(
-            getattr(before._config, name) == getattr(self._config, name) for name in LEARNS_BY
+        if not isinstance(before, ColorDistance) or any(
+            getattr(before._config, name) != getattr(self._config, name) for name in LEARNS_BY
         ):
+            return
+        if before._config.colors == self._config.colors:
             self._follower, self._gray_world = before._follower, before._gray_world
             self._finder, self._smoothing = before._finder, before._smoothing
             self._take(before._given)
+        elif self._config.white_balance == 'none':
+            self._finder.take_over(before._finder)
+            self._take(self._config.colors)
 
     def restart(self) -> None:
         """Restart from the configured colors; the next frame sets the reference light."""
