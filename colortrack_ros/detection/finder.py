@@ -185,9 +185,10 @@ class ColorFinder:
             if waited:
                 if k not in self._nearest:  # once: trouble is read for every picture
                     self._nearest[k] = nearest_color(self._pool, sought.color.lab)
+                by_name = f', or set {name}.preset, such as red' * (not sought.color.preset)
                 return (
                     f'{name} is not in the picture, where {",".join(map(str, self._nearest[k]))} '
-                    'is nearest (r,g,b): pick its color there, with pick_color'
+                    f'is nearest (r,g,b): pick its color there, with pick_color{by_name}'
                 )
         for sought in self._sought.values():
             if sought.found and sought.found.growth > MOST_GROWTH:

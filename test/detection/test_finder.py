@@ -189,6 +189,7 @@ def test_what_keeps_a_color_from_being_found_is_told():
         for detector in (nothing, full):
             detector.detect(Frame(picture(seed=k), stamp=k * NANOSECONDS))
     assert nothing.trouble.startswith('c0 is not in the picture')
+    assert nothing.trouble.endswith('with pick_color, or set c0.preset, such as red')
     assert 'c0 fills more than 25% of the picture: set c0.tolerance' in full.trouble
     nothing.detect(Frame(picture((80, 80, 25, RED)), stamp=4 * NANOSECONDS))
     assert nothing.trouble == ''

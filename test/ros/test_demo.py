@@ -19,6 +19,7 @@ from support.ros_domain import free_domain
 from support.waiting import PATIENCE
 from support.waiting import wait_until
 
+from colortrack_ros.tools.color_options import color_option
 import colortrack_ros.tools.demo as demo_module
 
 SOURCE = 'scene:single?width=160&height=120'
@@ -196,6 +197,14 @@ def test_a_command_has_its_words_quoted_and_a_device_has_none(tmp_path, monkeypa
     assert words[1] == str(tmp_path)
     given.source = os.devnull
     assert not demo_module.replay_command(given)
+
+
+@pytest.mark.parametrize(
+    ('color', 'parameter'), [('200,20,60', 'rgb:=[200, 20, 60]'), ('red', 'preset:=red')]
+)
+def test_a_color_is_given_by_r_g_b_or_by_its_name(color, parameter):
+    given = argparse.Namespace(color=color_option(color), tolerance='')
+    assert demo_module._detector_parameters(given) == ['colors:=[object]', f'object.{parameter}']
 
 
 @pytest.mark.parametrize(
