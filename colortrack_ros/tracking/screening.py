@@ -22,7 +22,7 @@ FIRST_ONES = 30
 Assumed."""
 
 MANY_COLORS = 30
-"""Detections, each with a color of its own, over more than one frame, at which colors seem to be
+"""Detections after the first frame, each with a color of its own, at which colors seem to be
 numbers of detections. Assumed: a detector looks for fewer colors, and finds one of them again."""
 
 
@@ -43,6 +43,8 @@ class Screening:
         """How many more detections in the corner's pixel raise doubts; 0 once that is decided."""
         self._colors: set[int] | None = set()
         """Of all detections so far, while no color was seen twice."""
+        self._together = 0
+        """How many of these are of the first frame, which may have as many classes."""
         self._camera: str | None = None
         self._other_camera: str | None = None
         """Frame IDs of the last message, and of the last one that had another."""
@@ -96,7 +98,8 @@ class Screening:
         """
         before = len(known)
         known.update(color.tolist())
-        are_numbers = before > 0 and len(known) >= MANY_COLORS
+        self._together = self._together or len(known)
+        are_numbers = len(known) - self._together >= MANY_COLORS
         if len(known) < before + len(color):
             self._colors, are_numbers = None, False
         elif are_numbers:

@@ -87,6 +87,17 @@ def test_colors_that_number_the_detections_are_told_once(count, colors, told):
     assert all('expected one that a thing keeps' in reason for reason in reasons)
 
 
+@pytest.mark.parametrize('then', [[], [50]])
+def test_many_classes_of_one_picture_are_no_numbers(then):
+    tracker, reasons = Tracker(), []
+    tracker.screening.refuse = reasons.append
+    for k, colors in enumerate([range(40), then, then, then]):
+        detections = points(np.array([(30.0 * c, 10.0) for c in colors]).reshape(-1, 2), k * FRAME)
+        detections.rows['color'] = list(colors)
+        tracker.update(detections)
+    assert not reasons
+
+
 def test_what_is_in_the_padding_of_a_repeated_row_does_not_matter():
     tracker = Tracker()
     first = points([[10, 10], [50, 50]], FRAME)
