@@ -11,12 +11,9 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.dither import of_palette
 from colortrack_ros.detection.extent import nearest_color
-from colortrack_ros.detection.extent import pixels_near
 from colortrack_ros.detection.extent import sample_colors
-from colortrack_ros.detection.growth import FEWEST_PIXELS
 from colortrack_ros.detection.growth import MOST_GROWTH
 from colortrack_ros.detection.light_change import LightChange
-from colortrack_ros.detection.reference import apart_from
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.sought_color import LOOK_SECONDS
 from colortrack_ros.detection.sought_color import POOL_SECONDS
@@ -45,11 +42,8 @@ class ColorFinder:
 
     def __init__(self, colors: tuple[ReferenceColor, ...]) -> None:
         self._given = colors
-        self._sought = {
-            k: SoughtColor(color, apart_from(colors, k))
-            for k, color in enumerate(colors)
-            if color.is_sought
-        }
+        self._sought = {k: SoughtColor(color) for k, color in enumerate(colors) if color.is_sought}
+        self._keep_apart()
         self._pool = np.zeros(0)
         self._looked = 0
         self._first: int | None = None
@@ -87,12 +81,16 @@ class ColorFinder:
 
     def _keep_apart(self) -> None:
         """Tell each color those of the others, as the pictures show them."""
-        colors = [
-            self._sought[k].color if k in self._sought else color
+        unseen = [k for k in self._missing if self._given[k].preset]
+        shown = {
+            k: self._sought[k].color.lab if k in self._sought else color.lab
             for k, color in enumerate(self._given)
-        ]
+            if k not in unseen  # what a name is typical of may be anything's color
+        }
+        extended = self.resolve(self._given)
         for k, sought in self._sought.items():
-            sought.apart = apart_from(colors, k)
+            sought.apart = [lab for j, lab in shown.items() if j != k]
+            sought.taken = (*extended[:k], *extended[k + 1 :])
 
     @property
     def least_chroma(self) -> float:
@@ -121,18 +119,31 @@ class ColorFinder:
             self._first = stamp if self._first is None else self._first
             found = ((k, each) for k, each in self._sought.items() if each.found)
             present = [k for k, each in found if each.renew(now, self._pool, stamp)]
-        for k in missing:
-            sought = self._sought[k]
-            if sought.seek(now, stamp):
-                present.append(k)
-            elif pixels_near(now, sought.color.lab) >= FEWEST_PIXELS:
-                self._fills.add(k)
+        present += self._seek(missing, now, stamp)
         has_left = False
         for k, sought in self._sought.items():
             has_left |= sought.extend(cells, now, share, stamp, k in present, due)
         if is_other := before != self._state():
             self._keep_apart()  # of a name, another color may be shown
         return has_left or is_other
+
+    def _seek(self, missing: list[int], now: NDArray[np.float64], stamp: int) -> list[int]:
+        """Look for colors that have not been found yet; return which are there.
+
+        A thing that has two names, or a name and a color that was picked, is of what fits it best.
+        """
+        found = list[int]()
+        misfit = {k: self._sought[k].read(now) for k in missing}
+        for k in sorted(missing, key=misfit.__getitem__):
+            sought = self._sought[k]
+            if found:
+                sought.read(now)
+            if sought.seek(now, stamp):
+                found.append(k)
+                self._keep_apart()
+            elif sought.is_in(now):
+                self._fills.add(k)
+        return found
 
     @property
     def _missing(self) -> list[int]:

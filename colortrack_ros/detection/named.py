@@ -1,5 +1,6 @@
 """Colors by name: which of all that a name such as red stands for a picture shows."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,16 +20,26 @@ MOST_CANDIDATES = 64
 of a name are of all its things."""
 
 
-def as_named(color: ReferenceColor, counts: NDArray[np.float64]) -> ReferenceColor:
-    """A color given by its name as a picture shows it; itself if it is not, or shown by nothing.
+def as_named(
+    color: ReferenceColor, counts: NDArray[np.float64], taken: Sequence[ReferenceColor] = ()
+) -> tuple[ReferenceColor, float]:
+    """A color given by its name as a picture shows it, and how far that is from what is meant.
 
-    :param counts: as for :func:`color_by_name`.
+    :param counts, taken: as for :func:`color_by_name`.
+    :returns: itself if it is not given by its name, with 0, or if nothing shows it, with 1.
     """
-    shown = color_by_name(counts, color.preset) if color.preset else None
-    return replace(color, lab=shown) if shown else color
+    if not color.preset:
+        return color, 0.0
+    if (shown := color_by_name(counts, color.preset, taken)) is None:
+        return color, 1.0
+    typical, axes = PRESETS[color.preset]
+    away = nearest_sample(np.array([shown]), (typical,), np.array(axes))
+    return replace(color, lab=shown), float(away[0])
 
 
-def color_by_name(counts: NDArray[np.float64], preset: str) -> Triple | None:
+def color_by_name(
+    counts: NDArray[np.float64], preset: str, taken: Sequence[ReferenceColor] = ()
+) -> Triple | None:
     """The color, in CIELAB, of which a picture shows most among those that a name stands for.
 
     A pixel weighs 1 if its color is just what is meant, and 0 at the surface of the ellipsoid of
@@ -36,6 +47,8 @@ def color_by_name(counts: NDArray[np.float64], preset: str) -> Triple | None:
 
     :param counts: (65536,) number of pixels in each cell of the color table.
     :param preset: a key of PRESETS.
+    :param taken: other colors, as far as they extend: what is theirs, or near it, as their shades
+        are, is none of this name.
     :returns: None if there are fewer than FEWEST_PIXELS.
     """
     typical, axes = PRESETS[preset]
@@ -43,6 +56,10 @@ def color_by_name(counts: NDArray[np.float64], preset: str) -> Triple | None:
     color = cell_bounds()[0].T[filled]
     away = nearest_sample(color, (typical,), np.array(axes))
     is_named = away < 1
+    for other in taken:
+        if not other.inverted:
+            colors, reach = (other.lab, *other.samples), np.array(other.axes) + NEAR * SHAPE
+            is_named &= nearest_sample(color, colors, reach) >= 1
     number, color, weight = counts[filled[is_named]], color[is_named], 1 - away[is_named] ** 2
     if number.sum() < FEWEST_PIXELS:
         return None

@@ -14,6 +14,7 @@ from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.extent import measure
 from colortrack_ros.detection.extent import pixels_near
 from colortrack_ros.detection.extent import SHAPE
+from colortrack_ros.detection.growth import FEWEST_PIXELS
 from colortrack_ros.detection.growth import MOST_GROWTH
 from colortrack_ros.detection.growth import NEAR
 from colortrack_ros.detection.growth import nearest_sample
@@ -63,21 +64,23 @@ class SoughtColor:
     """Estimates the tolerance of one color.
 
     :param color: as configured.
-    :param apart: the other colors, which other objects have.
 
+    apart: the other colors, which other objects have.
+    taken: the other colors as far as they extend, if this one is given by its name.
     found: its extent; None until it is in the picture.
     since: when it was found, or found anew [ns].
     """
 
-    def __init__(self, color: ReferenceColor, apart: list[Triple]) -> None:
-        self.color, self.apart = color, apart
+    def __init__(self, color: ReferenceColor) -> None:
+        self.color, self.apart = color, list[Triple]()
+        self.taken: tuple[ReferenceColor, ...] = ()
         self.found: Extent | None = None
         self.since = 0
         self._lit: Extent | None = None  # as the light has changed since, however light
         self._lab = color.lab  # so is this
         self._strangers = Strangers()
         self._shades = ShadeFollower()
-        self._seen = 0
+        self._seen, self._misfit = 0, 0.0
 
     @property
     def state(self) -> Any:
@@ -89,17 +92,33 @@ class SoughtColor:
         """Largest share of the picture that the color may cover."""
         return LARGEST_GROUND if self.color.inverted else LARGEST_SHARE
 
+    def read(self, counts: NDArray[np.float64]) -> float:
+        """Take what a picture shows by its name, if it has one, before it is sought there.
+
+        :param counts: (65536,) of :func:`sample_colors`.
+        :returns: see as_named().
+        """
+        self.color, self._misfit = as_named(self.color, counts, self.taken)
+        return self._misfit
+
     def seek(self, counts: NDArray[np.float64], stamp: int) -> bool:
         """Look for the color where it has not been found yet; return whether it is there.
 
         :param counts: (65536,) of :func:`sample_colors`.
         """
-        self.color = as_named(self.color, counts)
+        if self._misfit >= 1 and not self.color.samples:
+            return False  # what the name is typical of may be another's color
         if (extent := self._find(counts, self.color.lab)) is None:
             return False
         self._take(extent)
-        self._lab, self.since = self.color.lab, stamp
+        self._lab, self.since, self._seen = self.color.lab, stamp, stamp
         return True
+
+    def is_in(self, counts: NDArray[np.float64]) -> bool:
+        """Whether a picture that was read shows it, however much of it there is."""
+        if self.color.preset:
+            return self._misfit < 1
+        return pixels_near(counts, self.color.lab) >= FEWEST_PIXELS
 
     def restart(self) -> None:
         """Search for the shades anew."""
@@ -133,9 +152,8 @@ class SoughtColor:
         assert known is not None
         pooled = measure(pool, known)
         pixels = measure(now, known).pixels
-        if color.preset and self._is_outshone(now, pixels, stamp):
-            self._strangers, self._shades = Strangers(), ShadeFollower()
-            return self.seek(now, stamp)
+        if color.preset and self._is_outshone(now, pixels, stamp) and self._goes_over(now, stamp):
+            return True
         if pixels < LEAST_PRESENT * pooled.pixels:
             return False
         is_new = self._is_new(stamp)
@@ -207,16 +225,27 @@ class SoughtColor:
         :param now: (65536,) counts of the picture; pixels: of the color in it.
         """
         known = self.found
-        if known is None or (shown := color_by_name(now, self.color.preset)) is None:
-            return False
+        assert known is not None
         if pixels > FEWEST_LEFT * known.pixels or stamp < self._seen:
             self._seen = stamp
+        if (shown := color_by_name(now, self.color.preset, self.taken)) is None:
+            return False
         whole = self._shades.whole(known)
         colors = whole.lab, *(self._shades.shades or ())
         if nearest_sample(np.array([shown]), colors, np.array(whole.axes)) < 1:
             return False
         is_gone = stamp - self._seen > AWAY_SECONDS * NANOSECONDS
         return is_gone or pixels_near(now, shown) > known.pixels / FEWEST_LEFT
+
+    def _goes_over(self, now: NDArray[np.float64], stamp: int) -> bool:
+        """Take another color of its name; of a wall of that, what is known stays."""
+        known = self.color, self._strangers, self._shades
+        self._strangers, self._shades = Strangers(), ShadeFollower()
+        self.read(now)
+        if self.seek(now, stamp):
+            return True
+        self.color, self._strangers, self._shades = known
+        return False
 
     def _part(
         self, cells: NDArray[np.uint16], now: NDArray[np.float64], stamp: int, extent: Extent

@@ -94,7 +94,7 @@ def _place_of(
     :param cells: (N, 3) CIELAB of those with pixels.
     :param number: (N,) of their pixels.
     """
-    color = as_named(color, counts)
+    color, _ = as_named(color, counts)
     lab, axes = color.lab, color.axes if not color.is_sought else None
     if axes is None:
         if color.is_sampled:

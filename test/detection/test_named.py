@@ -109,3 +109,38 @@ def test_all_but_the_green_of_a_lawn_is_found_by_its_name():
     for k in range(4):
         rows = detector.detect(room(k, (100, 40, RED), ground=(50, 130, 50))).rows
     assert boxes(rows) == [(100, 80)]
+
+
+@pytest.mark.slow
+def test_what_is_hidden_right_after_it_was_found_is_not_given_up_either():
+    detector, other = detector_of('red'), (300, 20, (215, 20, 80))
+    first = detector.detect(room(100, other, (100, 40, RED)))
+    hidden = [boxes(detector.detect(room(k, other)).rows) for k in range(101, 108)]
+    assert boxes(first.rows) == [(100, 80)]
+    assert not any(hidden)
+    assert boxes(detector.detect(room(108, other, (100, 40, RED))).rows) == [(100, 80)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ('names', 'rgb'), [(('red', 'orange'), (225, 80, 35)), (('magenta', 'pink'), (230, 90, 160))]
+)
+@pytest.mark.parametrize('turn', [1, -1])
+def test_one_thing_that_two_names_stand_for_is_of_the_one_that_fits_best(names, rgb, turn):
+    """It was of one in this picture and of the other in the next."""
+    detector = detector_of(*names[::turn])
+    for k in range(12):
+        rows = detector.detect(room(k, (100, 40, rgb))).rows
+        assert boxes(rows) == [(100, 80)]
+        assert names[::turn][rows['color'][0]] == names[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('turn', [1, -1])
+def test_a_color_that_was_picked_keeps_its_thing_beside_a_name_of_it(turn):
+    ball = ReferenceColor.from_rgb('ball', RED), ReferenceColor.from_preset('red', 'red')
+    detector = Detector(DetectorConfig(colors=ball[::turn]))
+    for k in range(24):
+        rows = detector.detect(room(k, (100, 40, RED))).rows
+        assert boxes(rows) == [(100, 80)]
+        assert ball[::turn][rows['color'][0]].name == 'ball'
