@@ -89,6 +89,8 @@ class ReferenceColor:
         self._keep('lab', 'three numbers [L, a, b]')
         for (axis, low, high), value in zip(LAB_RANGES, self.lab, strict=True):
             expect(low <= value <= high, name, self.lab, f'{axis} in {low}..{high}')
+        known = self.preset in ('', *PRESETS)
+        expect(known, f'{self.name}.preset', self.preset, f'one of {", ".join(PRESETS)}')
         limits = f'above 0, at most {MAX_TOLERANCE}'
         found = f'{limits}, or 0 to find it in the picture'
         valid = isinstance(self.tolerance, Real) and 0 <= self.tolerance <= MAX_TOLERANCE

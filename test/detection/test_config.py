@@ -117,6 +117,8 @@ def test_an_unknown_preset_is_refused_with_those_there_are():
         ValueError, match=r"ball\.preset: expected one of red, orange.*, got 'puce'"
     ):
         ReferenceColor.from_preset('ball', 'puce')
+    with pytest.raises(ValueError, match=r"ball\.preset: expected one of red.*, got 'puce'"):
+        ReferenceColor('ball', LAB, preset='puce')
 
 
 @pytest.mark.parametrize(
