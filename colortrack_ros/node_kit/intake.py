@@ -14,14 +14,12 @@ from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 
 from colortrack_ros.data import Frame
-from colortrack_ros.encodings import size_of
 from colortrack_ros.flow.order import OrderConfig
 from colortrack_ros.flow.stage import In
 from colortrack_ros.flow.stage import Out
 from colortrack_ros.flow.stage import Worker
 from colortrack_ros.messages import frame_of_serialized_compressed_image
 from colortrack_ros.messages import frame_of_serialized_image
-from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
 from colortrack_ros.node_kit.topics import subscribe_to
@@ -104,11 +102,7 @@ class IntakeConfig(Config):
         """
         if kind is CompressedImage:
             return frame_of_serialized_compressed_image(cdr, self.max_pixels)
-        frame = replace(frame_of_serialized_image(cdr), full_range=self.yuv_full_range)
-        if frame.image.size == 0:  # as drivers send while they start
-            height, width = size_of(frame)
-            raise MessageError(f'image of {width}x{height} {frame.encoding}: it has no pixels')
-        return frame
+        return replace(frame_of_serialized_image(cdr), full_range=self.yuv_full_range)
 
 
 def worker_of(

@@ -11,8 +11,6 @@ from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
 from colortrack_ros.data import whole_rows
-from colortrack_ros.encodings import check
-from colortrack_ros.encodings import plain
 from colortrack_ros.estimation.clock import Clock
 from colortrack_ros.estimation.track_table import is_inside
 from colortrack_ros.estimation.track_table import TrackTable
@@ -24,6 +22,7 @@ from colortrack_ros.windows.lasting import bias_of_box
 from colortrack_ros.windows.lasting import biases
 from colortrack_ros.windows.lasting import drift
 from colortrack_ros.windows.lasting import sizes
+from colortrack_ros.windows.legible import legible
 from colortrack_ros.windows.matching import match_templates
 from colortrack_ros.windows.matching import Matches
 from colortrack_ros.windows.motion import agreed
@@ -119,8 +118,7 @@ class WindowTracker:
         :raises ValueError: if the encoding is unknown or does not fit the picture's shape.
         :return: the tracks at its stamp, with its header.
         """
-        check(frame)
-        frame = plain(frame)
+        frame = legible(frame)
         self._see('gray' if frame.encoding == 'mono8' else 'color')
         dt = self._clock.advance(frame.stamp, self.config.max_dt, self.reset)
         predicted = self._tracks.filters.predict(dt, self.config)
