@@ -59,9 +59,9 @@ class ColorFinder:
 
         Their limits of the area may differ.
         """
-        known = {_shade_of(color): k for k, color in enumerate(before._given)}
+        known = {_unlimited(color): k for k, color in enumerate(before._given)}
         for k, color in enumerate(self._given):
-            old = before._sought.get(known.get(_shade_of(color), -1))
+            old = before._sought.get(known.get(_unlimited(color), -1))
             if old is not None:
                 old.color = replace(old.color, min_area=color.min_area, max_area=color.max_area)
                 self._sought[k] = old
@@ -87,7 +87,8 @@ class ColorFinder:
             for k, color in enumerate(self._given)
             if k not in unseen  # what a name is typical of may be anything's color
         }
-        extended = self.resolve(self._given)
+        is_named = any(color.preset for color in self._given)
+        extended = self.resolve(self._given) if is_named else ()
         for k, sought in self._sought.items():
             sought.apart = [lab for j, lab in shown.items() if j != k]
             sought.taken = (*extended[:k], *extended[k + 1 :])
@@ -231,6 +232,6 @@ class ColorFinder:
         return kept
 
 
-def _shade_of(color: ReferenceColor) -> ReferenceColor:
+def _unlimited(color: ReferenceColor) -> ReferenceColor:
     """A color without the limits of its area."""
     return replace(color, min_area=0, max_area=0)

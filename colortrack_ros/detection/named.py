@@ -56,11 +56,12 @@ def color_by_name(
     color = cell_bounds()[0].T[filled]
     away = nearest_sample(color, (typical,), np.array(axes))
     is_named = away < 1
+    number, color, weight = counts[filled[is_named]], color[is_named], 1 - away[is_named] ** 2
     for other in taken:
         if not other.inverted:
             colors, reach = (other.lab, *other.samples), np.array(other.axes) + NEAR * SHAPE
-            is_named &= nearest_sample(color, colors, reach) >= 1
-    number, color, weight = counts[filled[is_named]], color[is_named], 1 - away[is_named] ** 2
+            is_free = nearest_sample(color, colors, reach) >= 1
+            number, color, weight = number[is_free], color[is_free], weight[is_free]
     if number.sum() < FEWEST_PIXELS:
         return None
     best = np.argsort(-number * weight)[:MOST_CANDIDATES]

@@ -147,9 +147,8 @@ class ReferenceColor:
             constructor.
         """
         expected = 'three numbers [r, g, b] in 0..255'
-        array = np.asarray(rgb)
-        valid = array.shape == (3,) and array.dtype.kind in 'iuf'
-        expect(valid and all(0 <= value <= 255 for value in rgb), f'{name}.rgb', rgb, expected)
+        valid = _triples([rgb]) is not None and all(0 <= value <= 255 for value in rgb)
+        expect(valid, f'{name}.rgb', rgb, expected)
         expect(not _are_fractions(rgb), f'{name}.rgb', tuple(rgb), f'{expected}, not in 0..1')
         lightness, a, b = lab_from_linear(linear_from_srgb(rgb)).tolist()
         return cls(name, (lightness, a, b), tolerance, tolerance_lab)

@@ -152,7 +152,8 @@ class SoughtColor:
         assert known is not None
         pooled = measure(pool, known)
         pixels = measure(now, known).pixels
-        if color.preset and self._is_outshone(now, pixels, stamp) and self._goes_over(now, stamp):
+        shown = self._outshining(now, pixels, stamp) if color.preset else None
+        if shown and self._goes_over(now, shown, stamp):
             return True
         if pixels < LEAST_PRESENT * pooled.pixels:
             return False
@@ -219,8 +220,8 @@ class SoughtColor:
             samples=self.color.samples if shades is None else shades,
         )
 
-    def _is_outshone(self, now: NDArray[np.float64], pixels: float, stamp: int) -> bool:
-        """Whether far more of a picture is of another color of its name, or it is long gone.
+    def _outshining(self, now: NDArray[np.float64], pixels: float, stamp: int) -> Triple | None:
+        """Another color of its name that far more of a picture is of, or any if it is long gone.
 
         :param now: (65536,) counts of the picture; pixels: of the color in it.
         """
@@ -229,19 +230,19 @@ class SoughtColor:
         if pixels > FEWEST_LEFT * known.pixels or stamp < self._seen:
             self._seen = stamp
         if (shown := color_by_name(now, self.color.preset, self.taken)) is None:
-            return False
+            return None
         whole = self._shades.whole(known)
         colors = whole.lab, *(self._shades.shades or ())
         if nearest_sample(np.array([shown]), colors, np.array(whole.axes)) < 1:
-            return False
+            return None
         is_gone = stamp - self._seen > AWAY_SECONDS * NANOSECONDS
-        return is_gone or pixels_near(now, shown) > known.pixels / FEWEST_LEFT
+        return shown if is_gone or pixels_near(now, shown) > known.pixels / FEWEST_LEFT else None
 
-    def _goes_over(self, now: NDArray[np.float64], stamp: int) -> bool:
+    def _goes_over(self, now: NDArray[np.float64], shown: Triple, stamp: int) -> bool:
         """Take another color of its name; of a wall of that, what is known stays."""
         known = self.color, self._strangers, self._shades
+        self.color = replace(self.color, lab=shown)
         self._strangers, self._shades = Strangers(), ShadeFollower()
-        self.read(now)
         if self.seek(now, stamp):
             return True
         self.color, self._strangers, self._shades = known

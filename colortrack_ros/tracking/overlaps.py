@@ -52,8 +52,6 @@ class Overlaps:
 
     :ivar find_twice: whether objects are found several times in a frame, see duplicates.
     :ivar are_estimated: whether boxes are estimates of a network, see see().
-    :ivar least_sure: least score of a new object in the last frame that might have had one, see
-        may_start().
     """
 
     def __init__(self) -> None:
@@ -61,7 +59,9 @@ class Overlaps:
         self._estimates, self._outlines, self._unscored = 0.0, 0.0, UNSCORED
         self._twice, self._found = 0.0, FIRST_ONCE
         self._overlapping, self._merged, self._frame = 0.0, 0.0, 0
-        self._best_score = self.least_sure = 0.0
+        self._best_score = 0.0
+        self._least_sure = 0.0
+        """Least score of a new object in the last frame that might have had one."""
 
     @property
     def are_resolved(self) -> bool:
@@ -130,14 +130,14 @@ class Overlaps:
         if self.are_estimated:
             score = rows['score']
             self._best_score = max(SURE_LEFT * self._best_score, min(score.max(), 1.0))
-            self.least_sure = least * self._best_score
-            free = free[score[free] >= self.least_sure]
+            self._least_sure = least * self._best_score
+            free = free[score[free] >= self._least_sure]
         return free
 
     @property
     def weak_below(self) -> float:
         """Score below which a box is weak; 0 if none is."""
-        return self.least_sure if self.are_estimated else 0.0
+        return self._least_sure if self.are_estimated else 0.0
 
     def count_merged(self, count: int) -> None:
         """Add the objects of a frame that appear to share a detection."""
