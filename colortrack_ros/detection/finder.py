@@ -14,6 +14,7 @@ from colortrack_ros.detection.extent import nearest_color
 from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.growth import MOST_GROWTH
 from colortrack_ros.detection.light_change import LightChange
+from colortrack_ros.detection.named_color import NamedColor
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.sought_color import LOOK_SECONDS
 from colortrack_ros.detection.sought_color import POOL_SECONDS
@@ -42,7 +43,11 @@ class ColorFinder:
 
     def __init__(self, colors: tuple[ReferenceColor, ...]) -> None:
         self._given = colors
-        self._sought = {k: SoughtColor(color) for k, color in enumerate(colors) if color.is_sought}
+        self._sought = {
+            k: NamedColor(color) if color.preset else SoughtColor(color)
+            for k, color in enumerate(colors)
+            if color.is_sought
+        }
         self._keep_apart()
         self._pool = np.zeros(0)
         self._looked = 0
@@ -119,8 +124,12 @@ class ColorFinder:
             self._looked = stamp
             self._first = stamp if self._first is None else self._first
             found = ((k, each) for k, each in self._sought.items() if each.found)
-            present = [k for k, each in found if each.renew(now, self._pool, stamp)]
-        present += self._seek(missing, now, stamp)
+            present = [
+                k
+                for k, each in found
+                if each.goes_over(cells, now, stamp) or each.renew(now, self._pool, stamp)
+            ]
+        present += self._seek(missing, cells, now, stamp, due)
         has_left = False
         for k, sought in self._sought.items():
             has_left |= sought.extend(cells, now, share, stamp, k in present, due)
@@ -128,17 +137,24 @@ class ColorFinder:
             self._keep_apart()  # of a name, another color may be shown
         return has_left or is_other
 
-    def _seek(self, missing: list[int], now: NDArray[np.float64], stamp: int) -> list[int]:
+    def _seek(
+        self,
+        missing: list[int],
+        cells: NDArray[np.uint16],
+        now: NDArray[np.float64],
+        stamp: int,
+        is_due: bool,
+    ) -> list[int]:
         """Look for colors that have not been found yet; return which are there.
 
         A thing that has two names, or a name and a color that was picked, is of what fits it best.
         """
         found = list[int]()
-        misfit = {k: self._sought[k].read(now) for k in missing}
+        misfit = {k: self._sought[k].read(cells, now, is_due) for k in missing}
         for k in sorted(missing, key=misfit.__getitem__):
             sought = self._sought[k]
             if found:
-                sought.read(now)
+                sought.read(cells, now, is_due)
             if sought.seek(now, stamp):
                 found.append(k)
                 self._keep_apart()

@@ -1,5 +1,6 @@
 """One sought color: how far it extends in the pictures, from look to look."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -22,8 +23,6 @@ from colortrack_ros.detection.lab import Triple
 from colortrack_ros.detection.light_change import as_shown
 from colortrack_ros.detection.light_change import in_light
 from colortrack_ros.detection.light_change import lab_in_light
-from colortrack_ros.detection.named import as_named
-from colortrack_ros.detection.named import color_by_name
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.shade_follower import ShadeFollower
@@ -52,10 +51,6 @@ LEAST_PRESENT = 1 / 2
 unless a deeper gap is found. Otherwise an object that leaves, or a hand that covers it, changes its
 color to that of what is left. Assumed: half of an object still is that object."""
 
-AWAY_SECONDS = 5.0
-"""Time after which a thing that is not seen makes way for another of the same name [s]. Assumed:
-what something hides is back by then."""
-
 NOWHERE, NOTHING = (0.0, -128.0, -128.0), 1e-6
 """Color and tolerance that stand in for a color missing from the picture: outside sRGB."""
 
@@ -66,7 +61,7 @@ class SoughtColor:
     :param color: as configured.
 
     apart: the other colors, which other objects have.
-    taken: the other colors as far as they extend, if this one is given by its name.
+    taken: the other colors as far as they extend, if any is given by its name.
     found: its extent; None until it is in the picture.
     since: when it was found, or found anew [ns].
     """
@@ -80,7 +75,6 @@ class SoughtColor:
         self._lab = color.lab  # so is this
         self._strangers = Strangers()
         self._shades = ShadeFollower()
-        self._seen, self._misfit = 0, 0.0
 
     @property
     def state(self) -> Any:
@@ -92,33 +86,31 @@ class SoughtColor:
         """Largest share of the picture that the color may cover."""
         return LARGEST_GROUND if self.color.inverted else LARGEST_SHARE
 
-    def read(self, counts: NDArray[np.float64]) -> float:
-        """Take what a picture shows by its name, if it has one, before it is sought there.
+    def read(self, cells: NDArray[np.uint16], counts: NDArray[np.float64], is_due: bool) -> float:
+        """How far what a picture shows of it is from what is meant, which is given here: 0.
 
-        :param counts: (65536,) of :func:`sample_colors`.
-        :returns: see as_named().
+        :param cells, counts: (H, W) and (65536,) of :func:`sample_colors`.
+        :param is_due: whether an update is due.
         """
-        self.color, self._misfit = as_named(self.color, counts, self.taken)
-        return self._misfit
+        return 0.0
 
     def seek(self, counts: NDArray[np.float64], stamp: int) -> bool:
         """Look for the color where it has not been found yet; return whether it is there.
 
         :param counts: (65536,) of :func:`sample_colors`.
         """
-        if self._misfit >= 1 and not self.color.samples:
-            return False  # what the name is typical of may be another's color
-        if (extent := self._find(counts, self.color.lab)) is None:
-            return False
-        self._take(extent)
-        self._lab, self.since, self._seen = self.color.lab, stamp, stamp
-        return True
+        return self._start(self._find(counts, self.color.lab), stamp)
 
     def is_in(self, counts: NDArray[np.float64]) -> bool:
         """Whether a picture that was read shows it, however much of it there is."""
-        if self.color.preset:
-            return self._misfit < 1
         return pixels_near(counts, self.color.lab) >= FEWEST_PIXELS
+
+    def goes_over(self, cells: NDArray[np.uint16], now: NDArray[np.float64], stamp: int) -> bool:
+        """Whether another color is taken for it now: never for one that is given.
+
+        :param cells, now: (H, W) and (65536,) of :func:`sample_colors`.
+        """
+        return False
 
     def restart(self) -> None:
         """Search for the shades anew."""
@@ -152,9 +144,6 @@ class SoughtColor:
         assert known is not None
         pooled = measure(pool, known)
         pixels = measure(now, known).pixels
-        shown = self._outshining(now, pixels, stamp) if color.preset else None
-        if shown and self._goes_over(now, shown, stamp):
-            return True
         if pixels < LEAST_PRESENT * pooled.pixels:
             return False
         is_new = self._is_new(stamp)
@@ -171,7 +160,7 @@ class SoughtColor:
         allowed = 0 if is_new else known.pixels / FEWEST_LEFT
         is_followed = not (is_new or color.is_sampled or color.inverted)
         for lab in (labs[-1], color.lab) if is_followed else (self._lab,):
-            extent = self._find(pool, lab, allowed)
+            extent = self._find(pool, lab, allowed, self._strangers.apart)
             if extent is not None and (is_new or is_same(extent)):
                 if extent.pixels < LEAST_PRESENT * known.pixels:
                     self._start_anew(stamp)  # since another color has come, its shades are beyond
@@ -220,40 +209,22 @@ class SoughtColor:
             samples=self.color.samples if shades is None else shades,
         )
 
-    def _outshining(self, now: NDArray[np.float64], pixels: float, stamp: int) -> Triple | None:
-        """Another color of its name that far more of a picture is of, or any if it is long gone.
-
-        :param now: (65536,) counts of the picture; pixels: of the color in it.
-        """
-        known = self.found
-        assert known is not None
-        if pixels > FEWEST_LEFT * known.pixels or stamp < self._seen:
-            self._seen = stamp
-        if (shown := color_by_name(now, self.color.preset, self.taken)) is None:
-            return None
-        whole = self._shades.whole(known)
-        colors = whole.lab, *(self._shades.shades or ())
-        if nearest_sample(np.array([shown]), colors, np.array(whole.axes)) < 1:
-            return None
-        is_gone = stamp - self._seen > AWAY_SECONDS * NANOSECONDS
-        return shown if is_gone or pixels_near(now, shown) > known.pixels / FEWEST_LEFT else None
-
-    def _goes_over(self, now: NDArray[np.float64], shown: Triple, stamp: int) -> bool:
-        """Take another color of its name; of a wall of that, what is known stays."""
-        known = self.color, self._strangers, self._shades
-        self.color = replace(self.color, lab=shown)
-        self._strangers, self._shades = Strangers(), ShadeFollower()
-        if self.seek(now, stamp):
-            return True
-        self.color, self._strangers, self._shades = known
-        return False
+    def _start(self, extent: Extent | None, stamp: int) -> bool:
+        """Take the extent that was found, if any, as its first."""
+        if extent is None:
+            return False
+        self._take(extent)
+        self._lab, self.since = self.color.lab, stamp
+        return True
 
     def _part(
         self, cells: NDArray[np.uint16], now: NDArray[np.float64], stamp: int, extent: Extent
     ) -> Extent:
         """Find the extent anew if it includes strangers: from then on, the color is new again."""
         whole, lab = self._shades.whole(extent), self._lab
-        own = self._strangers.part(cells, now, lab, whole, lambda: self._find(now, lab))
+        own = self._strangers.part(
+            cells, now, lab, whole, lambda: self._find(now, lab, 0.0, self._strangers.apart)
+        )
         if own is whole:
             return extent
         self._take(own)
@@ -272,9 +243,13 @@ class SoughtColor:
         self.found = self._lit = extent
 
     def _find(
-        self, counts: NDArray[np.float64], lab: Triple, allowed: float = 0.0
+        self,
+        counts: NDArray[np.float64],
+        lab: Triple,
+        allowed: float = 0.0,
+        strangers: Sequence[Triple] = (),
     ) -> Extent | None:
-        color, apart = self.color, [*self.apart, *self._strangers.apart]
+        color, apart = self.color, [*self.apart, *strangers]
         known = lab, color.samples, color.others
         found = find_extent(counts, *known, self.largest_share, allowed=allowed, apart=apart)
         if found is None or not color.inverted:

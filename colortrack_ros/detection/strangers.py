@@ -97,7 +97,7 @@ class Strangers:
         none = np.zeros((0, 3))
         if extent.growth > MOST_GROWTH:
             return none
-        label = _labels(cells, counts, lab, extent)
+        label = label_extent(cells, counts, lab, extent)
         count, thing, box, _ = cv2.connectedComponentsWithStats(cv2.erode(label, EROSION))
         size = box[:, cv2.CC_STAT_AREA].astype(np.intp)
         core = np.bincount(thing[label == 2], minlength=count)
@@ -137,7 +137,7 @@ def find_own_extent(
     return extent and strangers.part(cells, counts, lab, extent, find), strangers.apart
 
 
-def _labels(
+def label_extent(
     cells: NDArray[np.uint16], counts: NDArray[np.float64], lab: Triple, extent: Extent
 ) -> NDArray[np.uint8]:
     """(H, W) 0 outside an extent, 1 inside, and 2 for the color itself."""

@@ -1,6 +1,8 @@
 """Measures to set the sliders by: the blobs before limits, and the colors of the picture."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,7 +17,7 @@ from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.lab import rgb_from_lab
 from colortrack_ros.detection.lab import Triple
 from colortrack_ros.detection.label_image import LabelImage
-from colortrack_ros.detection.named import as_named
+from colortrack_ros.detection.named import choose
 from colortrack_ros.detection.reference import apart_from
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.shades import reach_of
@@ -94,7 +96,9 @@ def _place_of(
     :param cells: (N, 3) CIELAB of those with pixels.
     :param number: (N,) of their pixels.
     """
-    color, _ = as_named(color, counts)
+    if color.preset:
+        shown = choose(sample, counts, color, (), partial(find_extent, counts, apart=apart))
+        color = replace(color, lab=shown.lab) if shown else color
     lab, axes = color.lab, color.axes if not color.is_sought else None
     if axes is None:
         if color.is_sampled:

@@ -1,5 +1,6 @@
 """Colors by name, such as red: which of all that it stands for is found."""
 
+import cv2
 import numpy as np
 import pytest
 from support.lit_balls import draw_lit_ball
@@ -11,7 +12,58 @@ from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.extent import count_colors
-from colortrack_ros.detection.named import color_by_name
+from colortrack_ros.detection.named import candidates
+from colortrack_ros.detection.presets import PRESETS
+
+CSS = {
+    'red': {
+        'red': 0xFF0000,
+        'darkred': 0x8B0000,
+        'crimson': 0xDC143C,
+        'firebrick': 0xB22222,
+        'indianred': 0xCD5C5C,
+        'tomato': 0xFF6347,
+    },
+    'orange': {'orange': 0xFFA500, 'darkorange': 0xFF8C00, 'orangered': 0xFF4500},
+    'yellow': {'yellow': 0xFFFF00, 'gold': 0xFFD700, 'khaki': 0xF0E68C},
+    'green': {
+        'lime': 0x00FF00,
+        'green': 0x008000,
+        'darkgreen': 0x006400,
+        'forestgreen': 0x228B22,
+        'seagreen': 0x2E8B57,
+        'yellowgreen': 0x9ACD32,
+        'olivedrab': 0x6B8E23,
+        'darkseagreen': 0x8FBC8F,
+        'palegreen': 0x98FB98,
+        'lawngreen': 0x7CFC00,
+    },
+    'cyan': {'cyan': 0x00FFFF, 'darkcyan': 0x008B8B, 'turquoise': 0x40E0D0, 'teal': 0x008080},
+    'blue': {
+        'blue': 0x0000FF,
+        'navy': 0x000080,
+        'darkblue': 0x00008B,
+        'royalblue': 0x4169E1,
+        'dodgerblue': 0x1E90FF,
+        'skyblue': 0x87CEEB,
+        'steelblue': 0x4682B4,
+        'lightsteelblue': 0xB0C4DE,
+        'midnightblue': 0x191970,
+        'cornflowerblue': 0x6495ED,
+    },
+    'purple': {
+        'purple': 0x800080,
+        'indigo': 0x4B0082,
+        'darkviolet': 0x9400D3,
+        'mediumpurple': 0x9370DB,
+        'blueviolet': 0x8A2BE2,
+    },
+    'magenta': {'magenta': 0xFF00FF, 'mediumvioletred': 0xC71585, 'orchid': 0xDA70D6},
+    'pink': {'pink': 0xFFC0CB, 'hotpink': 0xFF69B4, 'deeppink': 0xFF1493, 'lightpink': 0xFFB6C1},
+    'white': {'white': 0xFFFFFF, 'whitesmoke': 0xF5F5F5},
+    'black': {'black': 0x000000},
+}
+"""Colors of CSS of each name, and such as one would call so."""
 
 WALL, WOOD, SKIN = (180, 190, 190), (120, 80, 60), (205, 160, 132)
 RED, CRIMSON, DARK_BLUE = (200, 60, 40), (170, 20, 60), (20, 40, 110)
@@ -100,7 +152,7 @@ def test_a_name_that_no_pixel_has_is_told_with_the_color_that_is_nearest():
         assert not len(detector.detect(room(k, (100, 40, DARK_BLUE))).rows)
     assert detector.trouble.startswith('red is not in the picture')
     assert detector.trouble.endswith('with pick_color')
-    assert color_by_name(count_colors(room(0).image, 'bgr8'), 'red') is None
+    assert not list(candidates(count_colors(room(0).image, 'bgr8'), 'red'))
 
 
 def test_all_but_the_green_of_a_lawn_is_found_by_its_name():
@@ -144,3 +196,42 @@ def test_a_color_that_was_picked_keeps_its_thing_beside_a_name_of_it(turn):
         rows = detector.detect(room(k, (100, 40, RED))).rows
         assert boxes(rows) == [(100, 80)]
         assert ball[::turn][rows['color'][0]].name == 'ball'
+
+
+@pytest.mark.parametrize(
+    ('name', 'css'), [(name, css) for name, each in CSS.items() for css in each]
+)
+def test_a_disc_of_a_pure_color_is_found_by_the_name_of_it(name, css):
+    """As it is drawn by a program, or by a simulator: none is too vivid, too light, or too dark."""
+    image = np.full((240, 320, 3), (150, 140, 150), np.uint8)
+    bgr = tuple(CSS[name][css].to_bytes(3, 'little'))
+    cv2.circle(image, (150, 100), 20, bgr, cv2.FILLED)
+    rows = detector_of(name).detect(Frame(image)).rows
+    assert [(row['u'], row['v']) for row in rows] == [pytest.approx((150, 100), abs=0.5)]
+
+
+@pytest.mark.parametrize('name', list(PRESETS)[:-2])
+@pytest.mark.parametrize('ground', [WALL, WOOD, SKIN, (128, 128, 128), (140, 140, 132)])
+def test_grays_wood_and_skin_have_no_name(name, ground):
+    rows = detector_of(name).detect(room(0, (100, 40, SKIN), (300, 40, WOOD), ground=ground)).rows
+    assert not len(rows)
+
+
+@pytest.mark.slow
+def test_a_dull_thing_is_found_by_its_hue_until_something_typical_comes():
+    detector, dull = detector_of('green'), (300, 40, (100, 120, 85))
+    first = [boxes(detector.detect(room(k, dull)).rows) for k in range(8)]
+    assert first == [[(300, 80)]] * 8
+    both = [
+        boxes(detector.detect(room(k, dull, (100, 20, (30, 150, 60)))).rows) for k in range(8, 12)
+    ]
+    assert both[-1] == [(100, 40)]
+
+
+@pytest.mark.slow
+def test_of_a_wall_and_a_thing_of_one_name_the_thing_is_found():
+    """The wall fills the picture, or has no gap around its colors, and falls into specks."""
+    detector = detector_of('red')
+    for k in range(4):
+        rows = detector.detect(room(k, (100, 40, (215, 20, 80)), ground=(150, 60, 40))).rows
+        assert boxes(rows) == [(100, 80)]
