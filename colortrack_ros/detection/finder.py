@@ -14,6 +14,7 @@ from colortrack_ros.detection.extent import nearest_color
 from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.growth import MOST_GROWTH
 from colortrack_ros.detection.light_change import LightChange
+from colortrack_ros.detection.named import name_of
 from colortrack_ros.detection.named_color import NamedColor
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.sought_color import LOOK_SECONDS
@@ -213,7 +214,8 @@ class ColorFinder:
             if waited:
                 if k not in self._nearest:  # once: trouble is read for every picture
                     self._nearest[k] = nearest_color(self._pool, sought.color.lab)
-                by_name = f', or set {name}.preset, such as red' * (not sought.color.preset)
+                meant = '' if sought.color.preset else name_of(sought.color.lab)
+                by_name = f', or set {name}.preset, such as {meant}' * (meant != '')
                 return (
                     f'{name} is not in the picture, where {",".join(map(str, self._nearest[k]))} '
                     f'is nearest (r,g,b): pick its color there, with pick_color{by_name}'

@@ -215,3 +215,13 @@ def _of_its_hues(color: NDArray[np.float64], preset: str) -> tuple[NDArray[np.fl
     is_one = ((hue - low) % 360 < high - low) & (dark < L) & (light > L) & ~is_natural
     weight = np.where(is_one & (chroma > LEAST_CHROMA), chroma / 256, 0)
     return weight**2, 2 - weight
+
+
+def name_of(lab: Triple) -> str:
+    """The name that fits a color best, a key of PRESETS; empty if none does."""
+    color, misfit = np.array([lab]), dict[str, float]()
+    for preset in PRESETS:
+        for weight, away in (_of_its_hues(color, preset), _typical(color, preset)):
+            if weight[0] > 0:
+                misfit[preset] = float(away[0])
+    return min(misfit, key=misfit.__getitem__, default='')

@@ -210,6 +210,26 @@ def test_a_disc_of_a_pure_color_is_found_by_the_name_of_it(name, css):
     assert [(row['u'], row['v']) for row in rows] == [pytest.approx((150, 100), abs=0.5)]
 
 
+@pytest.mark.parametrize(
+    ('rgb', 'name'),
+    [
+        ((255, 0, 0), 'red'),
+        ((0, 0, 255), 'blue'),
+        ((200, 60, 40), 'red'),
+        ((100, 120, 85), 'green'),
+        ((255, 255, 255), 'white'),
+        ((128, 128, 128), ''),
+        (SKIN, ''),
+    ],
+)
+def test_who_guesses_a_color_that_is_not_there_is_told_its_name(rgb, name):
+    detector = Detector(DetectorConfig(colors=(ReferenceColor.from_rgb('ball', rgb),)))
+    for k in range(4):
+        detector.detect(Frame(np.full((60, 80, 3), (70, 70, 60), np.uint8), stamp=k * NANOSECONDS))
+    told = detector.trouble.partition('pick_color')[2]
+    assert told == (f', or set ball.preset, such as {name}' if name else '')
+
+
 @pytest.mark.parametrize('name', list(PRESETS)[:-2])
 @pytest.mark.parametrize('ground', [WALL, WOOD, SKIN, (128, 128, 128), (140, 140, 132)])
 def test_grays_wood_and_skin_have_no_name(name, ground):
