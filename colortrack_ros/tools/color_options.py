@@ -8,16 +8,19 @@ from colortrack_ros.detection.reference import MAX_TOLERANCE
 
 
 def color_option(text: str) -> str:
-    """The parameter of what is given as ``r,g,b`` or by name, NAME:=VALUE; empty if nothing is."""
-    if text in PRESETS:
-        return f'preset:={text}'
+    """The parameter of what is given as ``r,g,b``, ``#rrggbb``, or by name; empty if nothing is."""
+    if (name := text.strip().lower()) in PRESETS:
+        return f'preset:={name}'
     try:
-        values = [int(value) for value in text.split(',') if text]
+        if name.startswith('#'):
+            values = list(bytes.fromhex(name[1:]))
+        else:
+            values = [int(value) for value in text.split(',') if text]
         if text:
             ReferenceColor.from_rgb('color', values)
     except ValueError:
         told = (
-            'expected r,g,b of 0..255 each, such as 220,60,40, or one of '
+            'expected r,g,b of 0..255 each, such as 220,60,40, #rrggbb, or one of '
             f'{", ".join(PRESETS)}, got {text!r}'
         )
         raise argparse.ArgumentTypeError(told) from None

@@ -200,7 +200,14 @@ def test_a_command_has_its_words_quoted_and_a_device_has_none(tmp_path, monkeypa
 
 
 @pytest.mark.parametrize(
-    ('color', 'parameter'), [('200,20,60', 'rgb:=[200, 20, 60]'), ('red', 'preset:=red')]
+    ('color', 'parameter'),
+    [
+        ('200,20,60', 'rgb:=[200, 20, 60]'),
+        ('200, 20, 60', 'rgb:=[200, 20, 60]'),
+        ('#C8143C', 'rgb:=[200, 20, 60]'),
+        ('red', 'preset:=red'),
+        ('Red ', 'preset:=red'),
+    ],
 )
 def test_a_color_is_given_by_r_g_b_or_by_its_name(color, parameter):
     given = argparse.Namespace(color=color_option(color), tolerance='')
@@ -211,7 +218,8 @@ def test_a_color_is_given_by_r_g_b_or_by_its_name(color, parameter):
     ('given', 'reason'),
     [
         (['--color=300,0,0'], 'expected r,g,b of 0..255 each'),
-        (['--color=rot'], 'such as 220,60,40, or one of red, orange'),
+        (['--color=rot'], 'such as 220,60,40, #rrggbb, or one of red, orange'),
+        (['--color=#c814'], 'such as 220,60,40, #rrggbb, or one of red, orange'),
         (['--tolerance=-3'], 'expected 0..200'),
         (['--tolerance=nan'], 'expected 0..200'),
         (['--seconds=nan'], 'expected a positive number'),
