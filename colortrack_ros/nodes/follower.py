@@ -47,7 +47,8 @@ TOLD_APART = 1.0
 and goes, as on a machine that is too slow, is reported once. A person reads a line a second."""
 
 SLOW_EVERY = 30.0
-"""Least time [s] between two lines about a target that is measured late. Chosen."""
+"""Least time [s] between two lines about a target that is measured late, or a robot that is late.
+Chosen."""
 
 LAST_COMMAND = 0.5
 """Time for the stop command to arrive [s], out of the 1.5 s that a node has to shut down."""
@@ -103,8 +104,9 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         self._told_following, self._lost = False, -TOLD_APART
         self._ticked = 0, 0
         self.health = Health(
-            self, state=lambda: self._following.state, slow=lambda: self._following.slow
-        )
+            self, state=lambda: self._following.state, slow=lambda: self._following.slow,
+            late=lambda: self._following.turns.line,
+        )  # fmt: skip
         kind = TwistStamped if setup.stamped else Twist
         self._commands = publish_on(self, kind, setup.cmd_vel_topic)
         self._poses = receive_odometry(self, setup.odometry, self.health.refuse)
@@ -210,6 +212,8 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         """Report a lost target at once, and one followed again after TOLD_APART at the earliest."""
         if self._following.slow:
             self.get_logger().warning(self._following.slow, throttle_duration_sec=SLOW_EVERY)
+        if late := self._following.turns.line:
+            self.get_logger().warning(late, throttle_duration_sec=SLOW_EVERY)
         follows, now = self._following.follows, STEADY.now().nanoseconds * 1e-9
         lately = now - self._lost < TOLD_APART
         if follows == self._told_following or (follows and lately):

@@ -14,6 +14,8 @@ from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 from colortrack_ros.world.poses import Pose
+from colortrack_ros.world.reaction import Commands
+from colortrack_ros.world.reaction import TurnWatch
 from colortrack_ros.world.view import jumped
 from colortrack_ros.world.view import way_between
 
@@ -23,7 +25,6 @@ LONGEST_PERIOD = 0.05
 LONGEST_STEP = 0.2
 """Longest time between two steps [s] over which speeds change; after a longer one, time has jumped.
 Assumed: four times what lies between two commands."""
-
 
 CREEPING, SLOW_FOR = 0.5, 2.0
 """Share of max_speed, and time [s]: a robot that may not drive faster than that for so long, since
@@ -66,6 +67,13 @@ class FollowingConfig(Config):
         unit='s',
         limits=(0.1, 10.0),
     )
+    reaction: float = parameter(
+        0.0,
+        'How late the robot does what it is told: its dead time, and the time that it takes to get '
+        'to two thirds of a speed. It has to be stopped earlier by as much.',
+        unit='s',
+        limits=(0.0, 1.5),
+    )
     max_sigma: float = parameter(
         0.5,
         'A target whose place on the ground is less certain, standard deviation, is not followed.',
@@ -89,6 +97,17 @@ class FollowingConfig(Config):
         limits=(0.0, 100.0),
         audience=EXPERT,
     )
+
+    def check(self) -> None:
+        """Check that the robot can stand in time.
+
+        :raises ValueError: it is too late for that.
+        """
+        if self.reaction and self.reaction + LONGEST_PERIOD >= self.stop_within:
+            raise ValueError(
+                f'stop_within: expected more than {self.reaction + LONGEST_PERIOD:g} s, after '
+                f'which the robot begins to stop, by reaction, got {self.stop_within:g}'
+            )
 
 
 @dataclass(frozen=True)
@@ -120,16 +139,19 @@ class Following:
 
     The second terms alone would keep range and bearing constant. Both speeds are limited so that
     the robot can brake to 0 by `stop_within` after the last measurement: it slows down if
-    measurements are late, and stops if the target is lost.
+    measurements are late, and stops if the target is lost. Range and bearing are those when the
+    robot does what it is told now, after what it was told before.
 
     :ivar state: what the controller does and why, in words.
     :ivar slow: why it has driven slowly for long, in words; empty if it has not.
+    :ivar turns: whether the robot turns when it is told to.
     """
 
     def __init__(self, config: FollowingConfig) -> None:
         self.state, self.slow = 'no target yet', ''
         self._most: tuple[float, float] = math.inf, 0.0
         self._config = config
+        self._commands, self.turns = Commands(), TurnWatch()
         self._target: Target | None = None
         self._stopped = False
         self._last: int | None = None
@@ -177,16 +199,22 @@ class Following:
         dt = dt if 0 <= dt <= LONGEST_STEP else 0.0
         self._last = now
         self._watch(base, at)
+        self.turns.see(self._commands, at, base, self._config.reaction)
+        self._speed, self._turn = self._next(now, base, at, dt)
+        self._commands.give(now, self._speed, self._turn)
+        return self._speed, self._turn
+
+    def _next(self, now: int, base: Pose, at: int, dt: float) -> tuple[float, float]:
+        """Return the speeds from now on, dt [s] after the last ones."""
         if self._stopped:
-            self.state, self._speed, self._turn = 'stopped', 0.0, 0.0
+            self.state = 'stopped'
             return 0.0, 0.0
         left = self._time_left(now, at)
         self._watch_time(now, left)
         wanted = (0.0, 0.0)
         if left > 0 and self._target is not None:
             wanted = self._towards(self._target, now, base, at)
-        self._speed, self._turn = self._limited(wanted, left, dt)
-        return self._speed, self._turn
+        return self._limited(wanted, left, dt)
 
     def _watch(self, base: Pose, at: int) -> None:
         """Lose the target if the robot's pose has jumped: its position is no longer valid."""
@@ -207,7 +235,7 @@ class Following:
         self._most = since, max(most, left)
         if now - since > SLOW_FOR * NANOSECONDS:
             config, fastest = self._config, self._config.braking * self._most[1]
-            late = config.stop_within - LONGEST_PERIOD - self._most[1]
+            late = config.stop_within - LONGEST_PERIOD - config.reaction - self._most[1]
             self._most, self.slow = (now, 0.0), ''
             if fastest < CREEPING * config.max_speed:
                 self.slow = (
@@ -221,7 +249,8 @@ class Following:
         if self._target is None:
             return 0.0
         unseen, unknown = ((now - t) / NANOSECONDS for t in (self._target.measured, at))
-        left = self._config.stop_within - LONGEST_PERIOD - max(unseen, unknown)
+        config = self._config
+        left = config.stop_within - LONGEST_PERIOD - config.reaction - max(unseen, unknown)
         if min(unseen, unknown) < -AHEAD:
             self.state = 'the clock has gone back behind the target or the odometry'
             return 0.0
@@ -231,17 +260,16 @@ class Following:
             self.state = f'the target was last measured {unseen:.1f} s ago'
         else:
             self.state = f'the odometry is {unknown:.1f} s old'
-        return min(max(left, 0.0), self._config.stop_within)
+        return min(max(left, 0.0), config.stop_within)
 
     def _towards(self, target: Target, now: int, base: Pose, at: int) -> tuple[float, float]:
         """Return the speeds that bring the target to the set distance, straight ahead."""
-        config, age = self._config, (now - at) / NANOSECONDS
-        place = target.position + target.velocity * (now - target.stamp) / NANOSECONDS
-        # current pose of the robot, predicted with the last command
-        heading = math.atan2(base.R[1, 0], base.R[0, 0]) + self._turn * age
+        config, reaction = self._config, round(self._config.reaction * NANOSECONDS)
+        ahead_of = (now + reaction - target.stamp) / NANOSECONDS
+        there, heading = self._commands.carried_out(base, at - reaction, now)
+        away = target.position + target.velocity * ahead_of - there
         ahead = np.array([math.cos(heading), math.sin(heading)])
         left = np.array([-ahead[1], ahead[0]])
-        away = place - base.t[:2] - self._speed * age * ahead
         x, y = float(ahead @ away), float(left @ away)
         distance = max(math.hypot(x, y), 1e-3)
         vx, vy = float(ahead @ target.velocity), float(left @ target.velocity)

@@ -4,6 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from support.around_corners import around_corners
+from support.around_corners import LATENCY
+from support.around_corners import SECOND
+from support.around_corners import TICK
 
 from colortrack_ros.simulation.robot import Robot
 from colortrack_ros.world.following import Following
@@ -11,10 +15,6 @@ from colortrack_ros.world.following import FollowingConfig
 from colortrack_ros.world.following import Target
 from colortrack_ros.world.poses import Pose
 
-SECOND = 1_000_000_000
-TICK = 20_000_000
-LATENCY = 60_000_000
-"""What a picture takes through detector, tracker and locator."""
 ORIGIN = Pose.of_rpy((0, 0, 0), (0, 0, 0))
 
 
@@ -40,14 +40,6 @@ def follow(target_at, seconds, config=None, seen=lambda t: True):
         bearing = math.remainder(math.atan2(away[1], away[0]) - robot.place.yaw, 2 * math.pi)
         log.append((now / SECOND, robot.speed, robot.turn, math.hypot(*away), bearing))
     return np.array(log)
-
-
-def around_corners(t, speed=0.4):
-    """A square of 2 m."""
-    way = speed * t % 8
-    side, rest = divmod(way, 2)
-    x, y = [(rest, 0), (2, rest), (2 - rest, 2), (0, 2 - rest)][int(side)]
-    return 1.0 + x, y
 
 
 def test_it_keeps_its_distance_to_a_target_that_goes_around_corners():
