@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+import math
 from typing import Any
 
 from rclpy.node import Node
@@ -19,6 +20,10 @@ from colortrack_ros.world.poses import NO_ROBOT
 from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.poses import TransformError
+
+STEEPLY = math.cos(math.pi / 4)
+"""Least cosine to straight up of the axis of a camera that is said to look up: the z of its body is
+that steep, as long as it pitches by less than 45 degrees. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +112,7 @@ class TfPoses(CameraPoses):
                 'ros-jazzy-tf2-ros-py, or set pose_source: odometry'
             ) from error
         super().__init__(config)
-        self._tf2 = tf2_ros
+        self._tf2, self._logger, self._told_of = tf2_ros, node.get_logger(), ''
         self._buffer = tf2_ros.Buffer()
         self._intake = TransformIntake(self._buffer, refuse)
         self._listener = tf2_ros.TransformListener(self._intake, node)
@@ -122,6 +127,9 @@ class TfPoses(CameraPoses):
         robot = partial(self._lookup, of_robot, config.fixed_frame, config.base_frame)
         base = robot(stamp)
         mount = self._lookup(of_camera, config.base_frame, optical, stamp)
+        if self._told_of != optical and (line := looks_up(optical, mount)):
+            self._told_of = optical
+            self._logger.warning(line)
         return base, mount @ OPTICAL.inverse(), way_at(robot, stamp, base)
 
     def _lookup(self, what: str, parent: str, child: str, stamp: int) -> Pose:
@@ -136,3 +144,17 @@ class TfPoses(CameraPoses):
             raise TransformError(reason, later=not past) from error
         t, q = found.transform.translation, found.transform.rotation
         return Pose.of_quaternion((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
+
+
+def looks_up(frame: str, mount: Pose) -> str:
+    """Report a frame in which a camera would look up: it may be that of its body; empty if not.
+
+    :param mount: of the frame, taken as optical, on the robot.
+    """
+    if mount.R[2, 2] < STEEPLY:
+        return ''
+    return (
+        f'in TF, z of camera_frame {frame!r} points up: unless the camera does look up, this is '
+        'the frame of its body; expected its optical frame: z forward, x right, y down, often '
+        f'{frame.removesuffix("_link").removesuffix("_frame")}_optical_frame'
+    )

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from std_msgs.msg import String
 
 from colortrack_ros.data import Detections
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
 from colortrack_ros.flow.interleaving import Interleaving
 from colortrack_ros.flow.order import IDLE
@@ -28,6 +29,7 @@ from colortrack_ros.node_kit.topics import PictureQueueConfig
 from colortrack_ros.parameters import part
 from colortrack_ros.world import Locator
 from colortrack_ros.world import LocatorConfig
+from colortrack_ros.world.locator import GAP
 from colortrack_ros.world.selection import rule_of
 from colortrack_ros.world.selection import Selector
 from colortrack_ros.world.view import CalibrationWatch
@@ -39,6 +41,11 @@ MAP = 'map'
 MAP_JUMPS = (
     f'fixed_frame {MAP}: localization moves it in steps, which look like motion of the objects: '
     'they are off, or withheld; expected odom, from which others transform by TF'
+)
+
+HEIGHTLESS = (
+    '{}: neither NAME.diameter nor NAME.height is told: centers are taken to be on the ground, '
+    'and objects, whose centers are above it, are located too far away'
 )
 
 
@@ -91,6 +98,8 @@ class LocatorNode(ManagedNode[LocatorSetup]):
         setup, feeds = self.setup, self.setup.feed.each
         if setup.feed.pose.fixed_frame == MAP and setup.feed.pose.pose_source != 'fixed':
             self.get_logger().warning(MAP_JUMPS)
+        if names := ', '.join(setup.config.heightless):
+            self.get_logger().warning(HEIGHTLESS.format(names))
         self.health = Health(self, objects=lambda: self._output.alive)
         self._locator = Locator(setup.seen_as, self.health.refuse, len(feeds))
         self._calibrations = CalibrationWatch()
@@ -140,12 +149,23 @@ class LocatorNode(ManagedNode[LocatorSetup]):
                 tracks, seen.detections, seen.view, seen.depth, seen.camera
             )
             if self.setup.output.predict_to_now:
-                now = self.get_clock().now().nanoseconds
-                locations = self._locator.locations(max(now, tracks.stamp))
+                locations = self._locator.locations(self._now(tracks.stamp))
             locations = replace(locations, frame_id=self.setup.feed.pose.fixed_frame)
             self._output.publish(locations, tracks, self._selector, seen.view.base.t)
         self.health.note(self._locator.doubt)
         self.health.gave_out(tracks.stamp)
+
+    def _now(self, stamp: int) -> int:
+        """Return the time [ns] to which objects of a picture are predicted."""
+        now = self.get_clock().now().nanoseconds
+        if now - stamp > GAP * NANOSECONDS:  # its stamp is of another clock, as that of a bag
+            self.health.refuse(
+                f'predict_to_now: the picture is {(now - stamp) / NANOSECONDS:.0f} s old by the '
+                'clock of this node: objects are where they were in it (use_sim_time, or another '
+                'clock?)'
+            )
+            return stamp
+        return max(now, stamp)
 
     def _select(self, message: String) -> None:
         try:

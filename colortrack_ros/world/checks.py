@@ -25,6 +25,10 @@ from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.view import LOWEST
 from colortrack_ros.world.view import View
 
+UNCERTAIN = 0.5
+"""Largest standard deviation of the range, as a share of the range, at which an object starts. Near
+the horizon it is larger, and the object may be anywhere."""
+
 OUT_OF_PLACE = 5.0
 """Standard deviations by which an object's height or blob size may be off before it is reported:
 one in a million right ones."""
@@ -70,6 +74,15 @@ def beyond(track: int, config: LocatorConfig) -> str:
         f'track {track}: its ray does not meet the ground, or its size or depth says so, within '
         f'max_range of {config.max_range:g} m: it is not located; if that is so for most, '
         'camera_pose is wrong (positive pitch looks down, roll is near 0)'
+    )
+
+
+def unsure(track: int) -> str:
+    """Report a track whose range is too uncertain, where no object is located."""
+    return (
+        f'track {track}: the standard deviation of its range is above {100 * UNCERTAIN:.0f} % of '
+        'it: it is not located; it is too far away for how high the camera is above it, or one of '
+        'camera_pose_sigma, height_sigma and diameter_sigma is too large'
     )
 
 

@@ -193,6 +193,19 @@ class LocatorConfig(Config):
         20.0, 'Objects farther away are not located.', unit='m', limits=(0.1, 1e4)
     )
 
+    @property
+    def heightless(self) -> tuple[str, ...]:
+        """Colors of which the height that the ground method needs is neither told nor follows."""
+        if self.method not in ('ground', 'fused'):
+            return ()
+        return tuple(
+            kind.name
+            for kind in self.colors
+            if kind.center_height == 0
+            and kind.config.height < 0
+            and kind.config.motion not in ALOFT
+        )
+
     def check(self) -> None:
         """Check that each color has a source of range.
 

@@ -17,8 +17,10 @@ from colortrack_ros.data import whole_rows
 from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.checks import beyond
 from colortrack_ros.world.checks import coarse
+from colortrack_ros.world.checks import UNCERTAIN
 from colortrack_ros.world.checks import unknown
 from colortrack_ros.world.checks import unsaid
+from colortrack_ros.world.checks import unsure
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.doubts import Doubts
 from colortrack_ros.world.fitting import fitting
@@ -48,10 +50,6 @@ was passed to another object. Assumed."""
 
 GAP = 10.0
 """Gap between pictures [s] after which all objects restart: as long as poses are kept."""
-
-UNCERTAIN = 0.5
-"""Largest standard deviation of the range, as a share of the range, at which an object starts. Near
-the horizon it is larger, and the object may be anywhere."""
 
 SILENT = 1.0
 """Time without a picture [s] after which a camera counts as having lost all its tracks. Assumed."""
@@ -287,6 +285,8 @@ class Locator:
         )
         variance = np.trace(belief.combined()[1][:, POSITION, POSITION], 0, 1, 2)
         sure = variance < np.square(UNCERTAIN * away[near])  # not of NaN
+        if not (len(self._objects) or sure.any()):
+            self._tell(unsure(tracks['track_id'][0]))
         tracks, count = tracks[sure], int(np.count_nonzero(sure))
         ids, self._next_id = self._next_id + np.arange(count), self._next_id + count
         if self._cameras == 1:

@@ -121,6 +121,24 @@ def test_a_fixed_frame_that_localization_moves_is_warned_of(ros):
     ros.start('locator', fixed_frame='map', **RED).wait_for('fixed_frame map: localization moves')
 
 
+def test_a_color_whose_height_nothing_tells_is_warned_of(ros):
+    """Nothing says that objects are wrong by it: they seem to roll as the robot drives."""
+    node = ros.start('locator', **(RED | {'red.diameter': '0.0'}))
+    node.wait_for('red: neither NAME.diameter nor NAME.height is told: centers are taken to be on')
+
+
+def test_pictures_of_another_clock_are_not_predicted_to_now(ros):
+    """Those of a bag: 25 years later, objects would be anywhere."""
+    robot = Robot(ros, predict_to_now='true')
+    robot.drive(0)
+    robot.see(0)
+    assert ros.spin(lambda: len(robot.locations) == 1), ros.outputs()
+    assert robot.locations[0].header.stamp.sec == START // 10**9
+    (row,) = locations_of_cloud(robot.locations[0]).rows
+    assert (row['x'], row['y'], row['z']) == pytest.approx(BALL, abs=0.01)
+    robot.node.wait_for('predict_to_now: the picture is ')
+
+
 def test_an_uncalibrated_camera_is_told_and_nothing_is_published(ros):
     robot = Robot(ros)
     robot.drive(0)

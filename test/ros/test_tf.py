@@ -163,6 +163,20 @@ def test_wrong_frame_names_in_tf_are_told(ros):
     assert robot.locations == []
 
 
+def test_a_frame_of_pictures_that_is_the_body_of_the_camera_is_told(ros):
+    """Drivers that stamp pictures with camera_link: by it, the camera looks up to the ceiling."""
+    tf2_ros = pytest.importorskip('tf2_ros', reason='tf2_ros is in no wheel; a robot has it')
+    robot = Robot(ros, pose_source='tf', method='size')
+    moving = tf2_ros.TransformBroadcaster(ros.node)
+    fixed = tf2_ros.StaticTransformBroadcaster(ros.node)
+    fixed.sendTransform(transform('base_link', 'cam', 0, Pose.of_rpy(PLACE[:3], PLACE[3:])))
+    ros.settle()
+    base = Pose.of_rpy((0, 0, 0), (0, 0, 0))
+    moving.sendTransform([transform('odom', 'base_link', START + k * FRAME, base) for k in (0, 1)])
+    robot.see(0)
+    robot.node.wait_for("in TF, z of camera_frame 'cam' points up: unless the camera does look up")
+
+
 def test_a_frame_of_pictures_that_tf_does_not_know_is_told(ros):
     tf2_ros = pytest.importorskip('tf2_ros', reason='tf2_ros is in no wheel; a robot has it')
     robot = Robot(ros, pose_source='tf')

@@ -1,0 +1,59 @@
+"""What cannot be located is told, and colors of which too little is told have a name."""
+
+import numpy as np
+import pytest
+from support.ball_before_camera import BALL
+from support.ball_before_camera import view_of
+from support.balls_seen import FRAME
+from support.balls_seen import RADIUS
+from support.balls_seen import seen
+
+from colortrack_ros.world import Locator
+from colortrack_ros.world import LocatorConfig
+from colortrack_ros.world import Pose
+from colortrack_ros.world.config import Kind
+from colortrack_ros.world.config import KindConfig
+
+ROBOT = Pose(np.zeros(3), np.eye(3))
+
+
+def config(method='ground', **changes):
+    kind = Kind('red', KindConfig(**{'diameter': 2 * RADIUS} | changes))
+    return LocatorConfig(method=method, colors=(kind,))
+
+
+def located(points, pitch=0.25, **changes):
+    """The objects after two pictures of points, and what is told."""
+    told, view = [], view_of(ROBOT, Pose.of_rpy((0.1, 0, 0.5), (0, pitch, 0)))
+    locator = Locator(config(**changes), told.append)
+    for k in (1, 2):
+        found = locator.update(*seen(view, points, k * FRAME), view)
+    return found.rows, told
+
+
+def test_what_is_too_uncertain_to_be_located_is_told_while_nothing_is():
+    """The center of what stands on a table: its height is known to 0.3 m, below the camera's."""
+    rows, told = located([(3.0, 0.4, 0.3)], diameter=0.0, height=0.3, height_sigma=0.3)
+    assert not len(rows)
+    assert 'the standard deviation of its range is above 50 % of it: it is not located' in told[0]
+    assert 'height_sigma' in told[0]
+
+
+def test_what_is_too_far_away_is_not_told_of_beside_what_is_located():
+    rows, told = located([BALL, (19.5, -2.0, RADIUS)], pitch=0.0)
+    assert len(rows) == 1
+    assert told == []
+
+
+@pytest.mark.parametrize(
+    ('method', 'changes', 'heightless'),
+    [
+        ('ground', {}, ()),
+        ('ground', {'diameter': 0.0}, ('red',)),
+        ('fused', {'diameter': 0.0, 'motion': 'still'}, ('red',)),
+        ('ground', {'diameter': 0.0, 'height': 0.0}, ()),
+        ('depth', {'diameter': 0.0}, ()),
+    ],
+)
+def test_a_color_whose_height_nothing_tells_has_a_name(method, changes, heightless):
+    assert config(method, **changes).heightless == heightless
