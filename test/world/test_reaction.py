@@ -89,6 +89,19 @@ def test_a_robot_that_is_not_late_is_not_told_of(target, dead, lag, scale):
     assert follow(target, 20.0, dead, lag, scale=scale)[1] == ''
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(('angle', 'rate'), [(0.2, 0.9), (0.5, 1.6), (0.7, 1.3)])
+def test_a_robot_that_somebody_else_turns_is_not_late(angle, rate):
+    """By a joystick, say: commands to look at the target come before each turn, or after it."""
+    following, lines = Following(FollowingConfig()), set()
+    for now in range(0, 20 * SECOND, TICK):
+        pose = Pose.of_rpy((0, 0, 0), (0, 0, angle * math.sin(rate * now / SECOND)))
+        following.see(Target(np.array([3.0, 0.4]), np.zeros(2), now, now))
+        following.step(now, pose, now)
+        lines.add(following.turns.line)
+    assert lines == {''}
+
+
 def test_it_stands_in_time_after_its_target_was_last_seen_since_it_is_told_earlier():
     log, _ = follow(
         lambda t: (1.2 + 0.3 * t, 0.0),
