@@ -26,8 +26,7 @@ from colortrack_ros.world.view import LOWEST
 from colortrack_ros.world.view import View
 
 UNCERTAIN = 0.5
-"""Largest standard deviation of the range, as a share of the range, at which an object starts. Near
-the horizon it is larger, and the object may be anywhere."""
+"""Largest standard deviation of a range, as a share of it, at which an object starts. Chosen."""
 
 OUT_OF_PLACE = 5.0
 """Standard deviations by which an object's height or blob size may be off before it is reported:
@@ -38,13 +37,16 @@ ELSEWHERE = np.log(1.3)
 A smaller one may be due to a diameter that nobody measured. Chosen."""
 
 MOST_ROUNDED = 0.005
-"""Largest rounding of positions [m]: half of what locates a ball well. Exceeded beyond 66 km.
-Chosen."""
+"""Largest rounding of positions [m], beyond 66 km. Chosen: half of what locates a ball well."""
 
 MISMEASURED = 1e-3
 """Odds that an object has another diameter than its color says, times the ratio of the densities of
 its height if so and if not, both at 0. Assumed: one in a hundred, and heights of 10 standard
 deviations. Both are as likely from 3.7 standard deviations on."""
+
+NOT_LINEAR = 0.1
+"""Standard deviation of an object's height, as a share of how far the camera is above or below it,
+up to which positions are linear in it (notes, "Heights that nobody knows well")."""
 
 BELOW = 0.1
 """Height below the ground, over the distance, at which no object can be: 6 degrees. Objects above
@@ -123,8 +125,21 @@ def unsaid(
     """
     if config.method == 'size':
         shares = _either_way(mean, cov, kinds, view, config)
+    if config.vague:
+        shares = np.hypot(shares, _by_heights(kinds, view, config))
     d = (mean[:, POSITION] - view.optical.t) * shares[:, None]
     return np.asarray(np.diag(rounding(view) ** 2 / 12) + d[:, :, None] * d[:, None, :])
+
+
+def _by_heights(kinds: Kinds, view: View, config: LocatorConfig) -> Floats:
+    """Return the spread of positions by heights that nobody knows well, as shares of ranges, (N,).
+
+    These do not shrink as pictures come, which took noise for information about such heights.
+    """
+    below = view.optical.t[2] - config.ground_height - kinds.height
+    share = kinds.sigma[:, 0] / np.maximum(np.abs(below), LOWEST)
+    alone = kinds.bound & ((config.method == 'ground') | (kinds.diameter == 0))
+    return np.where(alone & (share > NOT_LINEAR), np.minimum(share, 1.0), 0.0)
 
 
 def _either_way(

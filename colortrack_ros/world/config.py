@@ -1,6 +1,7 @@
 """Configuration of the locator: objects, camera pose, and noise of the measurements."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
@@ -16,6 +17,10 @@ THROWN_AT, ROLLED_AT = 5.0, 1.0
 """Standard deviations of the first speed [m/s] on each axis: balls are thrown by hand at 3 to 10
 m/s, and rolled at walking pace. Assumed."""
 
+
+VAGUE = 0.015
+"""Standard deviation of a height [m] up to which somebody has measured it. Chosen: three times the
+default."""
 
 THINNEST = 1e-3
 """Least diameter of objects [m]: smaller ones are no blob for any camera, and in another unit
@@ -192,6 +197,13 @@ class LocatorConfig(Config):
     max_range: float = parameter(
         20.0, 'Objects farther away are not located.', unit='m', limits=(0.1, 1e4)
     )
+
+    @cached_property
+    def vague(self) -> bool:
+        """Whether the ground locates objects whose height may be too uncertain for it."""
+        return self.method in ('ground', 'fused') and any(
+            kind.config.height_sigma > VAGUE for kind in self.colors
+        )
 
     @property
     def heightless(self) -> tuple[str, ...]:
