@@ -72,7 +72,7 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
     processes.
 
     A subclass implements :meth:`make`, and may extend :meth:`renew`, :meth:`facts`,
-    :meth:`trouble`, :meth:`make_tracking` and :meth:`apply`.
+    :meth:`troubles`, :meth:`make_tracking` and :meth:`apply`.
 
     :param name: of the node.
     :param config: its parameters.
@@ -127,9 +127,9 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
         """Further values for the diagnostics."""
         return {}
 
-    def trouble(self) -> tuple[str, bytes]:
-        """What is wrong with the last picture, empty if nothing is, and the level of that."""
-        return self.tracker.trouble, ERROR
+    def troubles(self) -> tuple[tuple[str, ...], bytes]:
+        """What is wrong with the last picture, as for Health.note, and the level of the worst."""
+        return (self.tracker.trouble,), ERROR
 
     def make_tracking(self) -> Stage[Pair, Tracks]:
         """The chain for pictures that wait for nothing; it runs in the thread that reads them."""
@@ -145,8 +145,8 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
         self.health.took_in()
         with self.lock, whole_updates(self.tracker):
             tracks = track_pair(self.tracker, pair)
-        trouble, level = self.trouble()
-        self.health.note(trouble, level=level)
+        troubles, level = self.troubles()
+        self.health.note(*troubles, level=level)
         return tracks
 
     def _publish(self, tracks: Tracks, _: object) -> None:

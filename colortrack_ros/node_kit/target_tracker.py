@@ -99,17 +99,17 @@ class TargetTrackerNode(ImageTrackerNode[TargetSetup]):
             'skipped_pairs': lambda: getattr(self._tracking, 'skipped', 0),
         }
 
-    def trouble(self) -> tuple[str, bytes]:
-        """As of every such node; or that pictures wait in vain, by which all tracks are late."""
-        trouble, level = super().trouble()
-        if trouble or self._alone < LONE_PICTURES:
-            return trouble, level
+    def troubles(self) -> tuple[tuple[str, ...], bytes]:
+        """As of every such node; and that pictures wait in vain, by which all tracks are late."""
+        troubles, level = super().troubles()
+        if self._alone < LONE_PICTURES:
+            return (*troubles, ''), level
         topic = self.resolve_topic_name(self.setup.detections_topic)
-        return (
+        waits = (
             f'pictures wait in vain for detections of their stamps on {topic}: there '
-            f'{self._detected}; so no detection starts a target, and tracks come late',
-            WARN,
+            f'{self._detected}; so no detection starts a target, and tracks come late'
         )
+        return (*troubles, waits), level if any(troubles) else WARN
 
     def make_tracking(self) -> Stage[Pair, Tracks]:
         """The chain for pictures; with ``detections_topic`` they wait for their detections."""

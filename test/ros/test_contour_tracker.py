@@ -1,6 +1,7 @@
 from functools import cache
 
 import cv2
+from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 from rcl_interfaces.msg import Parameter
 from rcl_interfaces.msg import ParameterType
@@ -122,6 +123,27 @@ def test_a_camera_that_moves_is_told(ros):
     ]
     send(ros, *ready(ros), shown)
     node.wait_for('nothing new is looked for: the camera moves')
+
+
+def test_all_that_is_wrong_at_once_is_told(ros):
+    """A camera that moves, and detections that never come."""
+    node = ros.start('contour_tracker', detections_topic='detections', max_lag='60.0')
+    publisher, tracks, _ = ready(ros)
+    diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
+    rng = np.random.default_rng(1)
+    for k in range(30 + 150):  # as many wait, and as many on end are told
+        picture = rng.integers(0, 255, (48, 64, 3), np.uint8)
+        stamp = START + k * 200_000_000
+        publisher.publish(image_of_frame(Frame(picture, 'bgr8', stamp, 'cam')))
+        assert ros.spin(lambda k=k: len(tracks) >= k - 29), ros.outputs()
+    told = 'nothing new is looked for: the camera moves', 'pictures wait in vain for detections'
+    for one in told:
+        node.wait_for(one)
+
+    def last() -> str:
+        return diagnostics[-1].status[0].message if diagnostics else ''
+
+    assert ros.spin(lambda: all(one in last() for one in told)), last()
 
 
 def test_compressed_images_and_late_ones_are_taken(ros):
