@@ -73,15 +73,10 @@ def sight(
         just_sized = valid[i] and looks[i] == 0 and _are_sized(turns[i] + 1)
         if just_sized or not appearance:  # it was off until now: see learn
             continue
-        seen = _seek(frame, records, i, matches.z[i] if valid[i] else None, predicted[i], past)
-        if seen is None:
-            continue
-        sightings[i] = seen
-        if not appearance.is_sure(seen):
-            seen = appearance.partly(seen)
-        error = matches.z[i] - seen.z
-        if not valid[i] or error @ np.linalg.solve(seen.R, error) > DISAGREEMENT:
-            matches.z[i], matches.R[i], matches.similarity[i], valid[i] = seen.z, seen.R, 0, True
+        found = matches.z[i] if valid[i] else None
+        seen = _seek(frame, records, i, found, predicted[i], past)
+        if seen and _is_taken(frame, records, i, seen, matches, valid, past):
+            sightings[i] = seen
     out = crowded_out(records, matches, valid, sightings)
     valid[out] = False
     return {i: seen for i, seen in sightings.items() if i not in out}
@@ -98,10 +93,11 @@ def _seek(
     inside = np.clip(predicted, 0, np.array(frame.image.shape[1::-1]) - 1)
     near = NEARBY if (inside == predicted).all() else LEARNED
     seen: Sighting = appearance.look(frame, inside if found is None else found)
-    if appearance.likeness(seen) >= near and not _is_background(frame, records, i, seen.z, past):
-        return seen
+    is_like = appearance.likeness(seen) >= near
     if found is not None:
-        return None
+        return seen if is_like else None
+    if is_like and not _is_background(frame, records, i, seen.z, past):
+        return seen
     seen = appearance.look(frame, _elsewhere(frame, appearance, records['seen'][i], looks))
     # The more places have been searched, the likelier one resembles the target by chance.
     if appearance.likeness(seen) < near + RARER * np.log(looks + 1):
@@ -110,6 +106,25 @@ def _seek(
         return None
     records['looks'][i] = max(looks, 1)  # lost, even if it was just seen
     return seen
+
+
+def _is_taken(
+    frame: Frame, records: Records, i: int, seen: Sighting, matches: Matches, valid: Bools,
+    past: Past,
+) -> bool:  # fmt: skip
+    """Let a sighting replace the match where they disagree; return whether it counts.
+
+    Where they agree, the past has been asked about that place already.
+    """
+    appearance = records['appearance'][i]
+    place = seen if appearance.is_sure(seen) else appearance.partly(seen)
+    error = matches.z[i] - place.z
+    if valid[i] and error @ np.linalg.solve(place.R, error) <= DISAGREEMENT:
+        return True
+    if valid[i] and _is_background(frame, records, i, place.z, past):
+        return False
+    matches.z[i], matches.R[i], matches.similarity[i], valid[i] = place.z, place.R, 0, True
+    return True
 
 
 def _is_background(frame: Frame, records: Records, i: int, place: Floats, past: Past) -> bool:
