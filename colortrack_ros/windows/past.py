@@ -35,6 +35,11 @@ LOOKS_LIKE, SEEN_BESIDE = 0.5, 2
 """Least correlation of things that look alike, and how far from its box [px] a thing that was seen
 may be. Assumed: different things correlate by chance, 0.17 as above."""
 
+CHANGED_LEVELS, LOOKED_AROUND = 15, 3.0
+"""Least difference of a pixel that has changed [levels], and how many times a first box is as wide
+and high as what is looked at around it. Chosen on 20 covers before real pictures: with 25 and 2.0
+three of them, not one, are taken for targets that have come (benchmark/notes/windows.md)."""
+
 LEFT_SHARE = 0.25
 """Largest share left of what the first box had that was not there before: less than a part that
 could still be the target. Assumed; on KITTI-17 and TUD-Stadtmitte 0.05 to 0.2 are left."""
@@ -45,7 +50,7 @@ class _Picture(NamedTuple):
 
     gray: (rows, columns); stamp [ns]; shape: of the frame; boxes: of targets that were seen in it,
     by ID: u, v of the center, width and height [px]; unlike: one minus the correlation of first
-    boxes with their place in it, by ID, of targets that are newer.
+    boxes with their place in it, by ID, of targets that are newer, 0 if that is no sign of them.
     """
 
     gray: NDArray[np.uint8]
@@ -65,15 +70,11 @@ class Past:
         """Keep a frame if the last one is old enough, and where targets are seen in it."""
         if self._pictures and frame.stamp - self._pictures[-1].stamp < KEPT_EVERY * NANOSECONDS:
             return
-        shape, times = frame.image.shape, _times(frame)
-        size = shape[1] // times, shape[0] // times
-        part = frame.image[: size[1] * times, : size[0] * times]
-        small = np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA), np.uint8)
-        gray = to_gray(small, frame.encoding).astype(np.uint8)
+        gray = _gray(frame, *(slice(0, side) for side in _size(frame)))
         box, ids = np.concatenate([records['seen'], sizes(records)], axis=1), records['track_id']
         seen = np.flatnonzero(records['looks'] == 0)
         boxes = dict(zip(ids[seen].tolist(), box[seen].tolist(), strict=True))
-        self._pictures.append(_Picture(gray, frame.stamp, shape, boxes, {}))
+        self._pictures.append(_Picture(gray, frame.stamp, frame.image.shape, boxes, {}))
 
     def begin(self, frame: Frame, ids: list[int], boxes: Floats) -> None:
         """Note what the places of first boxes showed before.
@@ -82,8 +83,9 @@ class Past:
         """
         pictures = [p for p in self._pictures if p.shape == frame.image.shape]
         for track_id, box in zip(ids, boxes, strict=True):
-            for picture, alike in zip(pictures, _likeness(frame, box, pictures), strict=True):
-                picture.unlike[track_id] = 1 - float(alike)
+            unlike = (1 - _likeness(frame, box, pictures)) * _are_filled(frame, box, pictures)
+            for picture, value in zip(pictures, unlike.tolist(), strict=True):
+                picture.unlike[track_id] = value
 
     def showed(self, frame: Frame, track_id: int, box: Floats) -> bool:
         """Return whether a place looked as it does now while a target was not there.
@@ -132,6 +134,29 @@ def _was_alike(frame: Frame, picture: _Picture, track_id: int, box: Floats) -> b
     return bool(cv2.matchTemplate(around, there, cv2.TM_CCOEFF_NORMED).max() > LOOKS_LIKE)
 
 
+def _are_filled(frame: Frame, box: Floats, pictures: list[_Picture]) -> list[bool]:
+    """Return for which pictures most of what has changed since, in one piece, is in a first box.
+
+    That is a target which has come. What reaches in from outside, as a hand or a passer-by, covers
+    a target that had been there, and will be seen there again.
+    """
+    times, size = _times(frame), _size(frame)
+    wide = _part(box * (1, 1, LOOKED_AROUND, LOOKED_AROUND), times, size)
+    whole = np.zeros(size, bool)
+    whole[_part(box, times, size)] = True
+    inside, filled = whole[wide], []
+    if not inside.any():
+        return [False] * len(pictures)
+    now = _gray(frame, *wide).astype(np.int16)
+    for picture in pictures:
+        changed = np.abs(picture.gray[wide] - now) > CHANGED_LEVELS
+        pieces = cv2.connectedComponents(changed.astype(np.uint8))[1]
+        reaching = np.unique(pieces[changed & inside])
+        pixels = np.bincount(pieces.ravel())[reaching].sum()
+        filled.append(bool(2 * (changed & inside).sum() > pixels))
+    return filled
+
+
 def _are_apart(one: list[float], other: list[float]) -> bool:
     """Return whether two boxes of u, v of the center, width and height do not overlap."""
     (u, v, w, h), (other_u, other_v, other_w, other_h) = one, other
@@ -142,6 +167,21 @@ def _times(frame: Frame) -> int:
     """How many times smaller a frame is kept."""
     height, width = frame.image.shape[:2]
     return max(int((height * width / KEPT_PIXELS) ** 0.5), 1)
+
+
+def _size(frame: Frame) -> tuple[int, int]:
+    """Rows and columns of a frame as it is kept."""
+    times = _times(frame)
+    return frame.image.shape[0] // times, frame.image.shape[1] // times
+
+
+def _gray(frame: Frame, rows: slice, columns: slice) -> NDArray[np.uint8]:
+    """Return the gray levels of a part of a frame as it is kept."""
+    times = _times(frame)
+    part = frame.image[tuple(slice(s.start * times, s.stop * times) for s in (rows, columns))]
+    size = columns.stop - columns.start, rows.stop - rows.start
+    small = np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA), np.uint8)
+    return np.asarray(to_gray(small, frame.encoding)).astype(np.uint8)
 
 
 def _part(box: Floats, times: int, size: tuple[int, ...]) -> tuple[slice, slice]:
@@ -158,17 +198,13 @@ def _part(box: Floats, times: int, size: tuple[int, ...]) -> tuple[slice, slice]
 
 def _likeness(frame: Frame, box: Floats, pictures: list[_Picture]) -> Floats:
     """Return correlations of a place now with the same place in n pictures, (n,); 0: unknown."""
-    times, nothing = _times(frame), np.zeros(len(pictures))
-    size = frame.image.shape[0] // times, frame.image.shape[1] // times
-    rows, columns = _part(box, times, size)
+    nothing = np.zeros(len(pictures))
+    rows, columns = _part(box, _times(frame), _size(frame))
     h, w = rows.stop - rows.start, columns.stop - columns.start
     if not pictures or w * h < LEAST_PLACE:
         return nothing
     steps = np.s_[:: -(-h // MOST_ALONG), :: -(-w // MOST_ALONG)]
-    inside = (slice(each.start * times, each.stop * times) for each in (rows, columns))
-    part = frame.image[tuple(inside)]
-    small = np.asarray(cv2.resize(part, (w, h), interpolation=cv2.INTER_AREA), np.uint8)
-    now = to_gray(small, frame.encoding)[steps].ravel()
+    now = _gray(frame, rows, columns)[steps].ravel().astype(np.float32)
     then = np.array([p.gray[rows, columns][steps] for p in pictures], np.float32)
     then = then.reshape(len(pictures), -1)
     then -= then.mean(axis=1, keepdims=True)

@@ -78,6 +78,42 @@ def test_a_new_target_that_had_been_there_all_along_is_not_doubted():
     assert not past.showed(shown(HERE, 3, WALL + noise), 7, HERE)
 
 
+def reached_for(left: int) -> np.ndarray:
+    """The thing, and a hand that comes in from the left as far as that."""
+    picture = WALL.copy()
+    picture[90:150, 85:115] = THING
+    picture[95:140, :left] = texture(43, 45, 320)[:, :left]
+    return picture
+
+
+def test_what_stood_there_is_not_its_own_background_after_a_hand_has_covered_it():
+    past = past_of([HERE, HERE])
+    past.begin(shown(k=2, wall=reached_for(97)), [7], HERE[None])
+    assert not past.showed(shown(HERE, 3), 7, HERE)
+
+
+@pytest.mark.slow
+def test_a_target_that_stood_there_is_kept_after_a_hand_that_covered_it_has_gone():
+    tracker = WindowTracker()
+    for k in range(40):
+        if k == 10:
+            tracker.start([[85, 90, 30, 60]])
+        left = (0, 97, max(97 - 5 * (k - 15), 0))[(k >= 10) + (k >= 15)]
+        rows = tracker.update(frame(reached_for(left), k, rate=10.0)).rows
+    assert rows['state'].tolist() == [CONFIRMED]
+    np.testing.assert_allclose([rows['u'][0], rows['v'][0]], [99.5, 119.5], atol=2.0)
+
+
+def test_a_place_is_compared_with_the_past_once(monkeypatch):
+    """Where the template is found and the target is seen."""
+    asked, showed = [], Past.showed
+    monkeypatch.setattr(Past, 'showed', lambda *given: asked.append(1) or showed(*given))
+    tracker = WindowTracker(targets=[[85, 90, 30, 60]])
+    for k in range(8):
+        assert len(tracker.update(shown(HERE, k)).rows) == 1
+        assert len(asked) == k
+
+
 @pytest.mark.parametrize('box', [HERE * (1, 1, 0.1, 0.1), HERE + RIGHT, HERE * 20])
 def test_places_that_cannot_be_compared_tell_nothing(box):
     past = past_of([THERE, THERE, THERE])
