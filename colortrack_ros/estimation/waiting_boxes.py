@@ -25,6 +25,19 @@ class WaitingBoxes:
         self._boxes = _boxes(self.targets)
         self._offered = np.zeros(len(self._boxes), bool)
 
+    def name(self, targets: ArrayLike) -> None:
+        """Offer other targets to the next frame, and after each restart.
+
+        Those of before that still wait for a frame, as while pictures are paused, are wanted no
+        more.
+
+        :param targets: (N, 4).
+        """
+        self.targets = targets
+        detected = self._boxes[self._offered]
+        self.restart()
+        self.add(detected, offered=True)
+
     def __len__(self) -> int:
         return len(self._boxes)
 

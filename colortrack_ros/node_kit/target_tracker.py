@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Protocol
 from typing import TypeVar
 
-from numpy.typing import ArrayLike
 from sensor_msgs.msg import PointCloud2
 
 from colortrack_ros.data import NANOSECONDS
@@ -57,9 +56,6 @@ class TargetTracker(ImageTracker, Protocol):
     """The interface of a tracker of images with targets."""
 
     waiting: WaitingBoxes
-
-    def start(self, boxes: ArrayLike) -> None:
-        """Follow the contents of these boxes of the next frame."""
 
 
 TargetSetup = TypeVar('TargetSetup', bound=TargetTrackerSetup)
@@ -121,8 +117,7 @@ class TargetTrackerNode(ImageTrackerNode[TargetSetup]):
     def apply(self, setup: TargetSetup) -> None:
         """Apply changed parameters, between two pictures."""
         if setup.targets != self.setup.targets:
-            self.tracker.start(setup.targets)
-            self.tracker.waiting.targets = setup.targets  # for every restart
+            self.tracker.waiting.name(setup.targets)
         super().apply(setup)
         if isinstance(self._tracking, Worker):
             self._tracking.max_lag = setup.intake.max_lag

@@ -177,7 +177,8 @@ def test_bad_images_and_parameters_are_refused_and_the_node_goes_on(ros):
     assert 'renewal' in refused.reason
     box = [round(x) for x in boxes(1)[0]]
     kind = ParameterType.PARAMETER_INTEGER_ARRAY
-    assert send('targets', type=kind, integer_array_value=box).successful
+    for given in ([40, 40, 40, 40], box):  # the second instead of the first
+        assert send('targets', type=kind, integer_array_value=given).successful
     publisher.publish(image(1))
     assert ros.spin(lambda: len(tracks) == 2), ros.outputs()
     assert tracks[1].width == 1
