@@ -1,5 +1,6 @@
 """Boxes that can be followed."""
 
+import cv2
 import numpy as np
 
 from colortrack_ros.data import Bools
@@ -8,9 +9,12 @@ from colortrack_ros.data import Frame
 from colortrack_ros.windows.config import LEAST_SIDE
 from colortrack_ros.windows.config import WindowConfig
 from colortrack_ros.windows.crop import cut_window
+from colortrack_ros.windows.crop import Gray
 
-UNIFORM_LEVELS = 0.5
-"""Largest standard deviation of a uniform patch [levels]: rounding alone makes as much."""
+UNIFORM_LEVELS, NOISE_PIXELS = 1.0, 4
+"""Largest standard deviation of a uniform patch [levels], in means of that many pixels along either
+axis, beside light that falls off to one side. Five of six walls of real films have 0.4 to 0.7, the
+surroundings of 127 targets at least 10 (benchmark/notes/windows.md)."""
 
 
 def centers(boxes: Floats) -> Floats:
@@ -35,7 +39,7 @@ def are_followable(frame: Frame, boxes: Floats, config: WindowConfig) -> Bools:
     The center must lie inside the picture, and the box may not be larger than the picture, which
     has to hold a template. Unless the size of the template is given, the box must fill at least
     half of the smallest one, which would otherwise show mostly background. And the search region
-    must have some texture.
+    must show more than a wall does.
 
     :param boxes: (N, 4) u, v of the top left pixel, width and height [px].
     """
@@ -48,5 +52,16 @@ def are_followable(frame: Frame, boxes: Floats, config: WindowConfig) -> Bools:
     reach = np.array([config.search_width, config.search_height])
     for i in np.flatnonzero(good):
         around = np.minimum(side[i] + reach, size)[::-1].astype(int)
-        good[i] = cut_window(frame, center[i], tuple(around.tolist())).std() > UNIFORM_LEVELS
+        good[i] = not _is_uniform(cut_window(frame, center[i], tuple(around.tolist())))
     return good
+
+
+def _is_uniform(window: Gray) -> bool:
+    """Return whether a window, (h, w), shows at most noise, and light from one side."""
+    size = tuple(max(side // NOISE_PIXELS, 1) for side in window.shape[::-1])
+    gray = np.asarray(cv2.resize(window, size, interpolation=cv2.INTER_AREA))
+    ramp = np.stack(
+        [*(axis.ravel() for axis in np.indices(gray.shape)), np.ones(gray.size)], axis=1
+    )
+    light = ramp @ np.linalg.lstsq(ramp, gray.ravel(), rcond=None)[0]
+    return bool((gray.ravel() - light).std() <= UNIFORM_LEVELS)

@@ -219,17 +219,6 @@ def test_boxes_of_any_size_do_no_harm(size):
         assert tracker.waiting.refused == refused
 
 
-@pytest.mark.parametrize('channels', [1, 3])
-def test_what_nothing_tells_from_its_surroundings_is_refused_and_counted(channels):
-    plain, spotted = np.full((2, 240, 320, channels), 90, np.uint8)
-    spotted[100:120, 150:180] = 200
-    encoding = 'bgr8' if channels == 3 else 'mono8'
-    for image, count in ((plain, 0), (spotted, 1)):
-        tracker = WindowTracker(targets=[[150, 100, 30, 20]])
-        tracks = tracker.update(Frame(image, encoding, 0))
-        assert (len(tracks.rows), tracker.waiting.refused) == (count, 1 - count)
-
-
 def test_a_frame_that_is_not_what_it_says_is_refused():
     tracker = WindowTracker(targets=[box((60, 50))])
     for encoding in ('mono16', 'bgr8'):
