@@ -53,12 +53,15 @@ class Repeats:
         try:
             rows, last, self._last = detections.rows, self._last, detections.rows
             before, self._sum = self._sum, rows['u'].sum()
+            (count,) = rows.shape
         except (AttributeError, IndexError, TypeError, ValueError):
             require_detections(detections)
             raise
-        if not self._run and abs(self._sum - before) > STILL * len(rows):
+        if rows.dtype is not DETECTION:
+            require_detections(detections)
+        if not self._run and abs(self._sum - before) > STILL * count:
             return False  # as nearly always
-        alike = 0 < len(rows) == len(last)
+        alike = 0 < count == len(last)
         if not self._run and alike and not _moved(rows[:1], last) <= STILL:
             return False  # as among many, whose sum stays
         moved = _moved(rows, last) if alike else math.inf

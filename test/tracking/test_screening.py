@@ -87,6 +87,26 @@ def test_colors_that_number_the_detections_are_told_once(count, colors, told):
     assert all('expected one that a thing keeps' in reason for reason in reasons)
 
 
+@pytest.mark.parametrize(
+    'wrong',
+    [
+        lambda rows: rows[None],
+        lambda rows: rows[:, None],
+        lambda rows: rows[:0, None],
+        lambda rows: rows[0],
+        lambda rows: rows[['u', 'v', 'area']],
+        lambda rows: rows.tolist(),
+        lambda rows: np.ones((len(rows), 2)),
+    ],
+    ids=['(1, N)', '(N, 1)', '(0, 1)', 'one', 'few fields', 'tuples', 'numbers'],
+)
+def test_rows_of_another_shape_or_type_are_refused_with_what_they_should_be(wrong):
+    rows, tracker = points([(10, 10), (50, 50)]).rows, Tracker()
+    with pytest.raises(ValueError, match=r'expected an array .N,. of dtype DETECTION, got'):
+        tracker.update(Detections(wrong(rows), 0))
+    assert len(tracker.update(Detections(rows, FRAME)).rows) == 2
+
+
 @pytest.mark.parametrize('then', [[], [50]])
 def test_many_classes_of_one_picture_are_no_numbers(then):
     tracker, reasons = Tracker(), []
