@@ -25,6 +25,13 @@ MANY_COLORS = 30
 """Detections after the first frame, each with a color of its own, at which colors seem to be
 numbers of detections. Assumed: a detector looks for fewer colors, and finds one of them again."""
 
+MANY_PARTS = 100
+"""Messages on end with one stamp at which it seems that nobody sets stamps: 3 s of a usual camera.
+Assumed: no detector splits a frame into as many."""
+
+SCORE_ERROR = 1e-3
+"""By how much a score may be off 0 to 1, by rounding. Assumed."""
+
 
 class Screening:
     """Refuses, counts and reports detections that the tracker cannot use."""
@@ -45,6 +52,10 @@ class Screening:
         """Of all detections so far, while no color was seen twice."""
         self._together = 0
         """How many of these are of the first frame, which may have as many classes."""
+        self._parts = 0
+        """Messages on end that had the stamp of the one before."""
+        self._unscored = FIRST_ONES
+        """How many more detections raise doubts about their scores; 0 once that is decided."""
         self._camera: str | None = None
         self._other_camera: str | None = None
         """Frame IDs of the last message, and of the last one that had another."""
@@ -61,11 +72,9 @@ class Screening:
         if detections.frame_id != self._camera:
             self._meet(detections.frame_id)
         if again:
-            rows = unrepeated(rows, self._known)
-            self.repeated += len(detections.rows) - len(rows)
-            self._known = np.concatenate([self._known, rows], dtype=DETECTION)
+            rows = self._add(rows)
         else:
-            self._known = rows
+            self._known, self._parts = rows, 0
         few = largest(rows, config.max_detections)
         if few is not rows:
             self.crowded_out += len(rows) - len(few)
@@ -78,12 +87,36 @@ class Screening:
             self.refuse('detections: expected up to 1e6 px, a positive definite or zero covariance')
         if self._unsure and len(blobs.z) and self._are_shares(blobs.z):
             self.refuse('positions: expected px, got 0 to 1; are they shares of the picture?')
+        if self._unscored and self._are_unscaled(blobs.rows['score']):
+            self.refuse('scores: expected 0 to 1, got others, which start_score does not fit')
         if self._colors is not None and self._are_numbers(blobs.rows['color'], self._colors):
             self.refuse('colors: expected one that a thing keeps, got another for each detection')
         learned.learn_size(blobs.z)
         if config.detection_covariance:
             blobs.scale(learned.noisiness)
         return blobs
+
+    def _add(self, rows: NDArray[np.void]) -> NDArray[np.void]:
+        """Return which of the rows, (N,) of dtype DETECTION, are new among those of their stamp.
+
+        With a stamp that never changes all would be of one moment, and tracks would pile up.
+        """
+        self._parts += 1
+        if self._parts >= MANY_PARTS:
+            self.crowded_out += len(rows)
+            self.refuse('messages: expected a stamp for each frame, got the same for all of late')
+            return rows[:0]
+        new = unrepeated(rows, self._known)
+        self.repeated += len(rows) - len(new)
+        self._known = np.concatenate([self._known, new], dtype=DETECTION)
+        return new
+
+    def _are_unscaled(self, score: NDArray[np.float32]) -> bool:
+        """Decide, once, whether scores, (M,), are on another scale, such as logits."""
+        known = np.abs(score - 0.5) <= 0.5 + SCORE_ERROR
+        are_unscaled = bool(np.count_nonzero(known) < len(score))
+        self._unscored = 0 if are_unscaled else max(self._unscored - len(score), 0)
+        return are_unscaled
 
     def _are_shares(self, z: Floats) -> bool:
         """Decide, once, whether positions z, (M, 2), seem to be shares of the picture."""

@@ -88,6 +88,57 @@ def test_colors_that_number_the_detections_are_told_once(count, colors, told):
 
 
 @pytest.mark.parametrize(
+    ('scale', 'told'),
+    [
+        (lambda p: p, 0),
+        (lambda p: np.minimum(p * 1.2, 1) + 1e-7, 0),
+        (lambda p: np.log(p / (1 - p)), 1),
+        (lambda p: p - 1, 1),
+        (lambda p: 100 * p, 1),
+        (lambda p: np.full(len(p), -1), 1),
+    ],
+    ids=['shares', 'rounded', 'logits', 'logarithms', 'percent', 'none'],
+)
+def test_scores_of_another_scale_are_told_once(scale, told):
+    tracker, reasons, rng = Tracker(), [], np.random.default_rng(0)
+    tracker.screening.refuse = reasons.append
+    for k in range(60):
+        detections = points([(10.0 + k, 10), (90, 200)], k * FRAME, size=(20, 40))
+        detections.rows['score'] = scale(rng.uniform(0.1, 0.95, 2))
+        tracks = tracker.update(detections)
+    assert len(reasons) == told
+    assert all('scores: expected 0 to 1' in reason for reason in reasons)
+    assert tracks.rows['track_id'].tolist() == [1, 2]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('stamp', [0, 5 * NANOSECONDS])
+def test_a_stamp_that_never_changes_is_told_and_tracks_do_not_pile_up(stamp):
+    tracker, reasons, most = Tracker(), [], 0
+    tracker.screening.refuse = reasons.append
+    for k in range(300):
+        tracks = tracker.update(points([(10.0 + 3 * k, 10), (900 - 2 * k, 200)], stamp))
+        most = max(most, len(tracks.rows))
+    assert most <= 200
+    assert 'expected a stamp for each frame' in reasons[0]
+    assert tracker.screening.crowded_out == 400
+    tracks = tracker.update(points([(10, 10)], stamp + FRAME))
+    assert len(reasons) == 200
+    assert not tracks.restarted
+
+
+@pytest.mark.slow
+def test_a_frame_in_a_message_for_each_of_its_objects_is_not_told():
+    tracker, reasons = Tracker(), []
+    tracker.screening.refuse = reasons.append
+    for k in range(4):
+        for i in range(60):
+            tracks = tracker.update(points([(10.0 + k, 20.0 * i)], k * FRAME))
+    assert not reasons
+    assert len(tracks.rows) == 60
+
+
+@pytest.mark.parametrize(
     'wrong',
     [
         lambda rows: rows[None],
