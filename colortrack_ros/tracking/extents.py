@@ -17,8 +17,10 @@ from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.measurements import both_axes
 from colortrack_ros.tracking.measurements import either_axis
 from colortrack_ros.tracking.measurements import Measurements
+from colortrack_ros.tracking.prediction import LAST_FRAME
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.sizes import TOLERANCE
+from colortrack_ros.tracking.sizes import TOLERANCE_SHARE
 from colortrack_ros.tracking.sizes import total
 
 # Constants marked "assumed" were set by hand; benchmark/ablation.py --constants extents.NAME shows
@@ -64,7 +66,24 @@ def update_extents(
         growth = total(now) - prediction.size[rows]
         growth[growth < prediction.slack[rows]] = 0.0
         tracks.filters.doubt_velocity(track, (growth / 2 / prediction.step.period) ** 2)
+        if not prediction.finds_whole:
+            _doubt_sides(prediction, blobs, taken, excess)
     return ~unlike
+
+
+def _doubt_sides(
+    prediction: Prediction, blobs: Measurements, taken: Hypotheses, excess: Floats
+) -> None:
+    """Publish the error of the extents of what is cut: a side's center has it in every frame.
+
+    The filter averages it, as it averages noise, but it is the same for as long as the cut lasts.
+
+    :param excess: (K, 2) of the sizes of the blobs [px].
+    """
+    cut = excess < -prediction.slack.take(taken.track, axis=0)
+    cut[blobs.mixed[taken.blob]] = False
+    extent_error = TOLERANCE_SHARE * prediction.size.take(taken.track, axis=0)
+    blobs.systematic[taken.blob] += cut * extent_error**2
 
 
 def _followed(
@@ -143,7 +162,8 @@ def _learn_unlike(
     A blob that grows by no more than the object moves, as one coming into view does, is followed at
     once. A sudden growth may be that of a merged blob, and is followed more slowly. A smaller blob
     is followed slowest, and only if its centroid is closer to the prediction than the centers that
-    either side gives, or if it keeps its size: otherwise the object is not smaller but cut.
+    either side gives, or if it keeps its size from the last frame on: otherwise the object is not
+    smaller but cut. What comes out from behind a cover is as narrow as when it was last seen there.
 
     :param extent: (K, 2, 2) of the objects [px].
     :param reach: (K, 2, 2) of the blobs, see Measurements.reach() [px].
@@ -157,6 +177,7 @@ def _learn_unlike(
     growing = (excess > 0) & (small[:, :1] & small[:, 1:])
     cut = np.abs(aside).argmin(axis=0) != 1
     steady = (np.abs(reach.sum(axis=1) - last) < TOLERANCE).all(axis=1)[:, None]
+    steady &= (prediction.unseen[track] < LAST_FRAME * prediction.step.period)[:, None]
     time = np.where((excess > 0) | steady, GROWING, np.where(cut, np.inf, SHRINKING))
     slow = 1 - np.exp(-prediction.step.period / time)
     rate = np.where(excess == 0, FOLLOWING_SHARE, np.where(growing, 1.0, slow))
