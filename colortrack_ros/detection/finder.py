@@ -54,7 +54,7 @@ class ColorFinder:
         self._looked = 0
         self._first: int | None = None
         self._fills: set[int] = set()
-        self._nearest: dict[int, tuple[int, int, int]] = {}
+        self._nearest: dict[int, tuple[tuple[int, int, int], str]] = {}
         self._specks = 0
         self._seen: set[int] = set()
         self._light = LightChange()
@@ -124,12 +124,7 @@ class ColorFinder:
             share = self._pool_colors(now, elapsed, self._light.change(frame))
             self._looked = stamp
             self._first = stamp if self._first is None else self._first
-            found = ((k, each) for k, each in self._sought.items() if each.found)
-            present = [
-                k
-                for k, each in found
-                if each.goes_over(cells, now, stamp) or each.renew(now, self._pool, stamp)
-            ]
+            present = self._renew(cells, now, stamp)
         present += self._seek(missing, cells, now, stamp, due)
         has_left = False
         for k, sought in self._sought.items():
@@ -137,6 +132,26 @@ class ColorFinder:
         if is_other := before != self._state():
             self._keep_apart()  # of a name, another color may be shown
         return has_left or is_other
+
+    def _renew(self, cells: NDArray[np.uint16], now: NDArray[np.float64], stamp: int) -> list[int]:
+        """Update the colors that have been found; return which are there.
+
+        A thing to which two names may go over is of the one that fits it best, as in _seek().
+        """
+        present, has_gone = list[int](), False
+        found = [k for k, sought in self._sought.items() if sought.found]
+        misfit = {k: self._sought[k].outshone(cells, now, stamp) for k in found}
+        for k in sorted(found, key=misfit.__getitem__):
+            sought = self._sought[k]
+            if has_gone:
+                sought.outshone(cells, now, stamp)
+            if sought.goes_over(stamp):
+                has_gone = True
+                self._keep_apart()
+            elif not sought.renew(now, self._pool, stamp):
+                continue
+            present.append(k)
+        return present
 
     def _seek(
         self,
@@ -213,11 +228,12 @@ class ColorFinder:
                 )
             if waited:
                 if k not in self._nearest:  # once: trouble is read for every picture
-                    self._nearest[k] = nearest_color(self._pool, sought.color.lab)
-                meant = '' if sought.color.preset else name_of(sought.color.lab)
+                    meant = '' if sought.color.preset else name_of(sought.color.lab)
+                    self._nearest[k] = nearest_color(self._pool, sought.color.lab), meant
+                nearest, meant = self._nearest[k]
                 by_name = f', or set {name}.preset, such as {meant}' * (meant != '')
                 return (
-                    f'{name} is not in the picture, where {",".join(map(str, self._nearest[k]))} '
+                    f'{name} is not in the picture, where {",".join(map(str, nearest))} '
                     f'is nearest (r,g,b): pick its color there, with pick_color{by_name}'
                 )
         for sought in self._sought.values():

@@ -64,12 +64,18 @@ class NamedColor(SoughtColor):
         """See :meth:`SoughtColor.is_in`."""
         return self._choice is not None
 
-    def goes_over(self, cells: NDArray[np.uint16], now: NDArray[np.float64], stamp: int) -> bool:
-        """Take another color of its name if that is more likely to be what is meant.
+    def outshone(self, cells: NDArray[np.uint16], now: NDArray[np.float64], stamp: int) -> float:
+        """Choose another color of its name if that is more likely to be what is meant.
 
-        :param cells, now: (H, W) and (65536,) of :func:`sample_colors`.
+        :param cells, now: as for :meth:`SoughtColor.outshone`.
+        :returns: how far that is from what is meant; infinite if there is none.
         """
-        if (choice := self._outshining(cells, now, stamp)) is None:
+        self._choice = self._outshining(cells, now, stamp)
+        return np.inf if self._choice is None else self._choice.misfit
+
+    def goes_over(self, stamp: int) -> bool:
+        """See :meth:`SoughtColor.goes_over`: to what outshone() has chosen."""
+        if (choice := self._choice) is None:
             return False
         self.color = replace(self.color, lab=choice.lab)
         self._strangers, self._shades = Strangers(), ShadeFollower()

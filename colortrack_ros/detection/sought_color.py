@@ -105,11 +105,15 @@ class SoughtColor:
         """Whether a picture that was read shows it, however much of it there is."""
         return pixels_near(counts, self.color.lab) >= FEWEST_PIXELS
 
-    def goes_over(self, cells: NDArray[np.uint16], now: NDArray[np.float64], stamp: int) -> bool:
-        """Whether another color is taken for it now: never for one that is given.
+    def outshone(self, cells: NDArray[np.uint16], now: NDArray[np.float64], stamp: int) -> float:
+        """How far what is likelier to be meant is from that: infinite, as this is what is given.
 
         :param cells, now: (H, W) and (65536,) of :func:`sample_colors`.
         """
+        return np.inf
+
+    def goes_over(self, stamp: int) -> bool:
+        """Take the color that has outshone it, if any; return whether one has."""
         return False
 
     def restart(self) -> None:

@@ -189,6 +189,22 @@ def test_one_thing_that_two_names_stand_for_is_of_the_one_that_fits_best(names, 
 
 @pytest.mark.slow
 @pytest.mark.parametrize('turn', [1, -1])
+def test_a_thing_that_comes_when_those_of_two_names_are_gone_is_of_one_of_them(turn):
+    """Both names went over to it in one picture, and it was two things for good."""
+    names = ('red', 'orange')[::turn]
+    detector, ball = detector_of(*names), (200, 40, (255, 80, 0))
+    for k in range(8):
+        detector.detect(room(k, (60, 30, (90, 20, 30)), (340, 30, (250, 190, 90))))
+    for k in range(8, 34):
+        detector.detect(room(k))
+    for k in range(34, 40):
+        rows = detector.detect(room(k, ball)).rows
+        assert boxes(rows) == [(200, 80)]
+        assert names[rows['color'][0]] == 'red'
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('turn', [1, -1])
 def test_a_color_that_was_picked_keeps_its_thing_beside_a_name_of_it(turn):
     ball = ReferenceColor.from_rgb('ball', RED), ReferenceColor.from_preset('red', 'red')
     detector = Detector(DetectorConfig(colors=ball[::turn]))
