@@ -249,7 +249,10 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         if active:
             return
         self._timer.cancel()
-        self._publish(self.get_clock().now().nanoseconds, 0.0, 0.0)
+        now = self.get_clock().now().nanoseconds
+        with self.lock:  # once active again, it starts from a stand
+            self._following.commands.give(now, 0.0, 0.0)
+        self._publish(now, 0.0, 0.0)
         with contextlib.suppress(RuntimeError):  # of a middleware that cannot tell
             self._commands.wait_for_all_acked(Duration(seconds=LAST_COMMAND))
 

@@ -144,6 +144,7 @@ class Following:
 
     :ivar state: what the controller does and why, in words.
     :ivar slow: why it has driven slowly for long, in words; empty if it has not.
+    :ivar commands: those given; whoever gives the robot another one, as to stand, notes it there.
     :ivar turns: whether the robot turns when it is told to.
     """
 
@@ -151,13 +152,12 @@ class Following:
         self.state, self.slow = 'no target yet', ''
         self._most: tuple[float, float] = math.inf, 0.0
         self._config = config
-        self._commands, self.turns = Commands(), TurnWatch()
+        self.commands, self.turns = Commands(), TurnWatch()
         self._target: Target | None = None
         self._stopped = False
         self._last: int | None = None
         self._base: tuple[int, Pose] | None = None
         self._since = 0
-        self._speed = self._turn = 0.0
 
     @property
     def follows(self) -> bool:
@@ -199,10 +199,10 @@ class Following:
         dt = dt if 0 <= dt <= LONGEST_STEP else 0.0
         self._last = now
         self._watch(base, at)
-        self.turns.see(self._commands, at, base, self._config.reaction)
-        self._speed, self._turn = self._next(now, base, at, dt)
-        self._commands.give(now, self._speed, self._turn)
-        return self._speed, self._turn
+        self.turns.see(self.commands, at, base, self._config.reaction)
+        speed, turn = self._next(now, base, at, dt)
+        self.commands.give(now, speed, turn)
+        return speed, turn
 
     def _next(self, now: int, base: Pose, at: int, dt: float) -> tuple[float, float]:
         """Return the speeds from now on, dt [s] after the last ones."""
@@ -266,7 +266,7 @@ class Following:
         """Return the speeds that bring the target to the set distance, straight ahead."""
         config, reaction = self._config, round(self._config.reaction * NANOSECONDS)
         ahead_of = (now + reaction - target.stamp) / NANOSECONDS
-        there, heading = self._commands.carried_out(base, at - reaction, now)
+        there, heading = self.commands.carried_out(base, at - reaction, now)
         away = target.position + target.velocity * ahead_of - there
         ahead = np.array([math.cos(heading), math.sin(heading)])
         left = np.array([-ahead[1], ahead[0]])
@@ -287,8 +287,8 @@ class Following:
         """Return the speeds within all limits; stopping in time takes priority over smoothness."""
         config = self._config
         limits = (
-            (self._speed, config.max_acceleration, config.braking, config.max_speed),
-            (self._turn, *(config.max_turn_acceleration,) * 2, config.max_turn),
+            (self.commands.last[0], config.max_acceleration, config.braking, config.max_speed),
+            (self.commands.last[1], *(config.max_turn_acceleration,) * 2, config.max_turn),
         )
         limited = []
         for value, (last, faster, slower, most) in zip(wanted, limits, strict=True):

@@ -40,6 +40,11 @@ class Commands:
     def __init__(self) -> None:
         self._given: deque[tuple[int, float, float]] = deque()
 
+    @property
+    def last(self) -> tuple[float, float]:
+        """The last command [m/s], [rad/s]."""
+        return self._given[-1][1:] if self._given else (0.0, 0.0)
+
     def give(self, now: int, speed: float, turn: float) -> None:
         """Note a command [m/s], [rad/s]; if time [ns] has gone back, those before are void."""
         if self._given and now < self._given[-1][0]:

@@ -1,6 +1,8 @@
 from geometry_msgs.msg import PoseStamped
 from geometry_msgs.msg import Twist
 from geometry_msgs.msg import TwistStamped
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from nav_msgs.msg import Odometry
 import numpy as np
 from rosgraph_msgs.msg import Clock
@@ -92,6 +94,26 @@ def test_it_drives_after_an_object_until_it_is_stopped_or_hears_no_more(ros):
     robot.commands.clear()
     assert robot.node.stop() == 0
     assert ros.spin(lambda: robot.commands and speed_of(robot.commands[-1]) == 0.0)
+
+
+def test_one_that_has_rested_starts_slowly(ros):
+    """It went on at the speed of before at once."""
+    robot = Robot(ros)
+
+    def switch(number):
+        request = ChangeState.Request(transition=Transition(id=number))
+        assert ros.call(ChangeState, 'follower/change_state', request).success
+        robot.commands.clear()
+
+    def drives(least):
+        robot.tell()
+        return any(speed_of(command) > least for command in robot.commands)
+
+    assert ros.spin(lambda: drives(0.45)), ros.outputs()
+    switch(Transition.TRANSITION_DEACTIVATE)
+    switch(Transition.TRANSITION_ACTIVATE)
+    assert ros.spin(lambda: drives(0.0)), ros.outputs()
+    assert next(speed for c in robot.commands if (speed := speed_of(c)) > 0) < 0.3
 
 
 def test_odometry_that_ends_is_told_as_that_and_not_as_stamps_that_stand_still(ros):

@@ -145,6 +145,22 @@ def test_stop_is_at_once_and_holds_until_told_to_go():
     assert stepped(following, now)[0] > 0.1
 
 
+def test_a_robot_that_was_made_to_stand_for_a_while_starts_slowly():
+    """It went on at the speed of before at once, turned as it was told to long ago."""
+    following, now = Following(FollowingConfig(reaction=0.8, stop_within=1.2)), 0
+    for now in range(0, 2 * SECOND, TICK):
+        following.see(ahead(3.0, 3.0, stamp=now))
+        before = following.step(now, ORIGIN, now)
+    assert before[0] > 0.4
+    assert before[1] > 0.4
+    following.commands.give(now, 0.0, 0.0)
+    for now in range(12 * SECOND, 12 * SECOND + 10 * TICK, TICK):
+        following.see(ahead(3.0, stamp=now))
+        speed, turn = following.step(now, ORIGIN, now)
+        assert speed <= (now - 12 * SECOND) / SECOND + 1e-9
+        assert turn == 0
+
+
 def test_odometry_that_jumps_loses_the_target_until_it_is_measured_in_the_new_frame():
     """Where it was is elsewhere then: the robot would turn and drive to it."""
     following, elsewhere = Following(FollowingConfig()), Pose.of_rpy((5, 2, 0), (0, 0, 3))
