@@ -45,6 +45,10 @@ have a solution: a thousandth of ANGLE_SIGMA."""
 FORWARD = np.repeat([1.0, -1.0], 3)
 """Signs of the errors of the camera pose in the equations here, over those in View."""
 
+LEAST_AWAY = 1e-3
+"""Least distance of an object from the camera [m], so that it has a direction: a camera that looks
+straight down from the object's own height has it nowhere else. Assumed: inside any lens."""
+
 NOT_KNOWN = 1e3
 """Prior standard deviation of an unknown position [m], large against AT_HORIZON."""
 
@@ -218,7 +222,8 @@ def _equations(
     :param sights: (M,).
     :return: Jacobian, (C, M, 4, 11), residual, (C, M, 4), and what is in front of the camera.
     """
-    w, away, sigma = looks.ways, np.linalg.norm(arms, axis=-1), sights.sigma
+    w, sigma = looks.ways, sights.sigma
+    away = np.maximum(np.linalg.norm(arms, axis=-1), LEAST_AWAY)
     to = arms / away[..., None]
     across = (np.eye(3) - to[..., :, None] * to[..., None, :]) / (sigma * away)[..., None, None]
     A, y = np.zeros((*away.shape, 4, 11)), np.zeros((*away.shape, 4))

@@ -4,6 +4,8 @@ import sys
 
 import numpy as np
 import pytest
+from support.balls_seen import FRAME
+from support.balls_seen import seen
 from support.paths import ROOT
 
 sys.path.append(str(ROOT / 'benchmark'))
@@ -11,8 +13,12 @@ sys.path.append(str(ROOT / 'benchmark'))
 import world
 import world_scene
 
+from colortrack_ros.world import Locator
+from colortrack_ros.world import LocatorConfig
 from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.cases import CASE_PITCHES
+from colortrack_ros.world.config import Kind
+from colortrack_ros.world.config import KindConfig
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.view import View
@@ -56,3 +62,18 @@ def test_cases_of_the_height_are_those_of_low_cameras_only():
         begun = belief.started(truth[:, :3], reach, measured, view, kinds, 0.0)
         assert len(begun.log_weight) == len(belief.log_weight) == cases
         assert len(begun) == 1
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings('error')
+def test_a_level_camera_as_high_as_the_object_is_computed_with_numbers():
+    """One of the wrong setups that are tried looks straight down, from the object's own height."""
+    view = View(
+        world.CAMERA, Pose.of_rpy((0, 0, 0), (0, 0, 0)), Pose.of_rpy((0, 0, 0.1), (0, 0, 0))
+    )
+    told = []
+    kind = Kind('red', KindConfig(diameter=0.2))
+    one = Locator(LocatorConfig(method='ground', colors=(kind,)), told.append)
+    for k in range(60):
+        one.update(*seen(view, (3.0, 0.0, 0.1), (k + 1) * FRAME), view)
+    assert 'its ray does not meet the ground' in told[0]
