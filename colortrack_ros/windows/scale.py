@@ -44,6 +44,13 @@ FINER = 2
 Derived: the next integer above the ratio of the outer sizes, 1.06^10 = 1.79, so that the smallest
 size is not magnified."""
 
+LEAST_GRADIENT = 1e-3
+"""Greatest gradient, normalized, of a flat patch: rounding. Derived: a single pixel that differs by
+one level has more."""
+
+TAPER = np.hanning(COUNT + 2)[1:-1, None].astype(np.float32)
+"""Weights of the sizes: those farthest from the present one count least."""
+
 LEAST_SCALE, GREATEST_SCALE = 0.2, 5.0
 """Limits of the size, relative to the first one. Beyond them the target has been lost.
 Assumed: tighter ones stop a zoom, wider ones let a wrong size run on."""
@@ -62,13 +69,12 @@ class ScaleFilter:
         self._factors = SCALE_STEP**steps
         wanted = np.exp(-0.5 * (steps / LABEL_SIGMA) ** 2).astype(np.float32)
         self._wanted = np.conj(fft.rfft(wanted))[:, None]
-        self._taper = np.hanning(COUNT + 2)[1:-1, None].astype(np.float32)
         cells = np.maximum(
             np.rint(size * (PATCH_SIDE / np.sqrt(size.prod()) / CELL)).astype(int), 2
         )
         self._patch = tuple(np.minimum(cells * CELL, 4 * PATCH_SIDE).tolist())
         self._places = self._grids()
-        self._numerator, self._energy = self._lesson(self._spectrum(frame, center))
+        self._numerator, self._energy = self._lesson(_spectrum(self._gradients(frame, center)))
 
     def _grids(self) -> tuple[Features, Features]:
         """Return where the pixels of the patches of all sizes, one below the other, come from."""
@@ -82,32 +88,39 @@ class ScaleFilter:
 
     def update(self, frame: Frame, center: Floats) -> None:
         """Find the size of the target around a center, and learn its appearance."""
-        spectrum = self._spectrum(frame, center)
+        gradients = self._gradients(frame, center)
+        spectrum = _spectrum(gradients)
         answer = (np.conj(self._numerator) * spectrum).sum(axis=1) / (
             self._energy + SCALE_REGULARIZATION
         )
         answer = fft.irfft(answer, COUNT)
         step = vertex(answer, int(answer.argmax())) - COUNT // 2
+        if step < 0 and gradients[COUNT // 2].max() < LEAST_GRADIENT:
+            step = 0.0  # the outline of what has shrunk would be inside
         if abs(step) >= UNCHANGED:
             self.scale = float(np.clip(self.scale * SCALE_STEP**step, LEAST_SCALE, GREATEST_SCALE))
         if abs(step) >= RESAMPLED:
-            spectrum = self._spectrum(frame, center)
+            spectrum = _spectrum(self._gradients(frame, center))
         numerator, energy = self._lesson(spectrum)
         self._numerator += SCALE_RATE * (numerator - self._numerator)
         self._energy += SCALE_RATE * (energy - self._energy)
 
-    def _spectrum(self, frame: Frame, center: Floats) -> Spectrum:
-        """Return the transform, over the sizes, of each gradient: (COUNT / 2 + 1, n)."""
+    def _gradients(self, frame: Frame, center: Floats) -> Features:
+        """Return the gradients of the patches of all sizes, (COUNT, n)."""
         greatest = self._size * (self.scale * self._factors[-1])
         rows, columns = FINER * self._patch[1], FINER * self._patch[0]
         whole = to_gray(_sample(frame, center, greatest, (columns, rows)), frame.encoding)
         patches = cv2.remap(whole, *self._places, cv2.INTER_LINEAR)
         gradients = oriented_gradients(np.asarray(patches))[0]
-        gradients = gradients.reshape(len(gradients), COUNT, -1).swapaxes(0, 1).reshape(COUNT, -1)
-        return np.asarray(fft.rfft(gradients * self._taper, axis=0))
+        return gradients.reshape(len(gradients), COUNT, -1).swapaxes(0, 1).reshape(COUNT, -1)
 
     def _lesson(self, spectrum: Spectrum) -> tuple[Spectrum, Features]:
         return self._wanted * spectrum, (spectrum.real**2 + spectrum.imag**2).sum(axis=1)
+
+
+def _spectrum(gradients: Features) -> Spectrum:
+    """Return the transform, over the sizes, of each gradient: (COUNT / 2 + 1, n)."""
+    return np.asarray(fft.rfft(gradients * TAPER, axis=0))
 
 
 def _sample(frame: Frame, center: Floats, size: Floats, out: tuple[int, int]) -> Pixels:

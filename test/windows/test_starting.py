@@ -30,3 +30,16 @@ def test_a_wall_is_refused_for_all_its_noise_and_light_and_what_is_faint_on_it_i
         assert (len(tracker.update(frame(picture, 0)).rows), tracker.waiting.refused) == (
             count, 1 - count,
         )  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('side', [24, 27, 29])
+def test_a_box_inside_a_drawn_square_neither_shrinks_nor_leaves_the_middle(side):
+    """It shows one color alone; before, it shrank to a quarter and went to the edge."""
+    tracker = WindowTracker(targets=[[60 - side / 2 + 0.5, 60 - side / 2 + 0.5, side, side]])
+    for k in range(40):
+        picture = np.full((240, 320, 3), 255, np.uint8)
+        picture[45 + k : 76 + k, 45 + 3 * k : 76 + 3 * k] = 0, 0, 255
+        (row,) = tracker.update(Frame(picture, 'bgr8', round(k * 1e9 / 30))).rows
+        assert np.hypot(row['u'] - 60 - 3 * k, row['v'] - 60 - k) < 2
+    assert row['box_w'] == pytest.approx(side, rel=0.1)
