@@ -37,6 +37,8 @@ class Edges:
 def sampled(image: NDArray[np.uint8], points: Floats, normals: Floats, reach: int) -> NDArray:
     """Return intensities along lines: the largest channel (V of HSV, as in the document).
 
+    Where that is the same all along, as of a pure color on white, it is the least channel.
+
     :param image: (H, W, channels) or (H, W).
     :param points: (M, 2) midpoints of the lines [px].
     :param normals: (M, 2) their unit directions.
@@ -54,7 +56,11 @@ def sampled(image: NDArray[np.uint8], points: Floats, normals: Floats, reach: in
     picture = cv2.remap(image, *fixed, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     if picture.ndim == 2:
         return picture
-    return np.maximum(np.maximum(picture[..., 0], picture[..., 1]), picture[..., 2])
+    most = np.maximum(np.maximum(picture[..., 0], picture[..., 1]), picture[..., 2])
+    flat = np.flatnonzero(most.min(axis=1) == most.max(axis=1))
+    if len(flat):
+        most[flat] = picture[flat, :, :3].min(axis=2)
+    return most
 
 
 def find_edges(
