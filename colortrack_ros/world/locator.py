@@ -87,6 +87,7 @@ class Locator:
         self._doubts = Doubts(self._config, self._cameras, self._margins.smaller)
         self._stamp = self._before = 0
         self._view: View | None = None
+        self._vain: int | None = None  # since when all ranges are too uncertain [ns]
 
     def update(
         self,
@@ -285,7 +286,8 @@ class Locator:
         )
         variance = np.trace(belief.combined()[1][:, POSITION, POSITION], 0, 1, 2)
         sure = variance < np.square(UNCERTAIN * away[near])  # not of NaN
-        if not (len(self._objects) or sure.any()):
+        self._vain = None if len(self._objects) or sure.any() else self._vain or self._stamp
+        if self._vain and self._stamp - self._vain > SILENT * NANOSECONDS:
             self._tell(unsure(tracks['track_id'][0]))
         tracks, count = tracks[sure], int(np.count_nonzero(sure))
         ids, self._next_id = self._next_id + np.arange(count), self._next_id + count

@@ -8,6 +8,7 @@ from support.balls_seen import FRAME
 from support.balls_seen import RADIUS
 from support.balls_seen import seen
 
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.world import Locator
 from colortrack_ros.world import LocatorConfig
 from colortrack_ros.world import Pose
@@ -22,11 +23,11 @@ def config(method='ground', **changes):
     return LocatorConfig(method=method, colors=(kind,))
 
 
-def located(points, pitch=0.25, **changes):
-    """The objects after two pictures of points, and what is told."""
+def located(points, pitch=0.25, seconds=1.2, **changes):
+    """The objects after some time in which points are seen, and what is told."""
     told, view = [], view_of(ROBOT, Pose.of_rpy((0.1, 0, 0.5), (0, pitch, 0)))
     locator = Locator(config(**changes), told.append)
-    for k in (1, 2):
+    for k in range(1, round(seconds * NANOSECONDS / FRAME)):
         found = locator.update(*seen(view, points, k * FRAME), view)
     return found.rows, told
 
@@ -37,6 +38,13 @@ def test_what_is_too_uncertain_to_be_located_is_told_while_nothing_is():
     assert not len(rows)
     assert 'the standard deviation of its range is above 50 % of it: it is not located' in told[0]
     assert 'height_sigma' in told[0]
+
+
+def test_ranges_that_are_too_uncertain_at_first_are_no_matter():
+    """What is wrong with the calibration, which the next pictures show, was told no more."""
+    assert (
+        located([(3.0, 0.4, 0.3)], seconds=0.5, diameter=0.0, height=0.3, height_sigma=0.3)[1] == []
+    )
 
 
 def test_what_is_too_far_away_is_not_told_of_beside_what_is_located():
