@@ -67,20 +67,22 @@ def update_extents(
         growth[growth < prediction.slack[rows]] = 0.0
         tracks.filters.doubt_velocity(track, (growth / 2 / prediction.step.period) ** 2)
         if not prediction.finds_whole:
-            _doubt_sides(prediction, blobs, taken, excess)
+            _doubt_sides(prediction, blobs, taken, extent, excess)
     return ~unlike
 
 
 def _doubt_sides(
-    prediction: Prediction, blobs: Measurements, taken: Hypotheses, excess: Floats
+    prediction: Prediction, blobs: Measurements, taken: Hypotheses, extent: Floats, excess: Floats
 ) -> None:
     """Publish the error of the extents of what is cut: a side's center has it in every frame.
 
     The filter averages it, as it averages noise, but it is the same for as long as the cut lasts.
 
+    :param extent: (K, 2, 2) of the objects [px].
     :param excess: (K, 2) of the sizes of the blobs [px].
     """
     cut = excess < -prediction.slack.take(taken.track, axis=0)
+    cut &= _are_off(prediction, blobs, taken.track, taken.blob, extent)
     cut[blobs.mixed[taken.blob]] = False
     extent_error = TOLERANCE_SHARE * prediction.size.take(taken.track, axis=0)
     blobs.systematic[taken.blob] += cut * extent_error**2
@@ -172,16 +174,23 @@ def _learn_unlike(
     """
     records = prediction.records
     last = records['box_size'][track]
-    aside = centers(blobs.z[blob], blobs.box[blob], extent) - prediction.center[track]
     small = excess < 4 * TOLERANCE + _farthest(prediction, track)[:, None]
     growing = (excess > 0) & (small[:, :1] & small[:, 1:])
-    cut = np.abs(aside).argmin(axis=0) != 1
+    cut = _are_off(prediction, blobs, track, blob, extent)
     steady = (np.abs(reach.sum(axis=1) - last) < TOLERANCE).all(axis=1)[:, None]
     steady &= (prediction.unseen[track] < LAST_FRAME * prediction.step.period)[:, None]
     time = np.where((excess > 0) | steady, GROWING, np.where(cut, np.inf, SHRINKING))
     slow = 1 - np.exp(-prediction.step.period / time)
     rate = np.where(excess == 0, FOLLOWING_SHARE, np.where(growing, 1.0, slow))
     return extent + rate[:, None] * (reach - extent)
+
+
+def _are_off(
+    prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices, extent: Floats
+) -> Bools:
+    """Whether a side of the blob gives a center nearer to the prediction than its own, (K, 2)."""
+    aside = centers(blobs.z[blob], blobs.box[blob], extent) - prediction.center[track]
+    return np.asarray(np.abs(aside).argmin(axis=0) != 1)
 
 
 def _farthest(prediction: Prediction, track: Indices) -> Floats:
