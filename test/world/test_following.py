@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 from support.around_corners import around_corners
-from support.around_corners import LATENCY
 from support.around_corners import SECOND
+from support.around_corners import see_late
 from support.around_corners import TICK
 
 from colortrack_ros.simulation.robot import Robot
@@ -27,12 +27,7 @@ def follow(target_at, seconds, config=None, seen=lambda t: True):
     robot = Robot((0.0, 0.0), np.random.default_rng(0))
     following, log, waiting = Following(config or FollowingConfig()), [], []
     for now in range(0, round(seconds * SECOND), TICK):
-        place = np.array(target_at(now / SECOND))
-        if seen(now / SECOND) and now % (2 * TICK) == 0:
-            velocity = (np.array(target_at(now / SECOND + 1e-3)) - place) / 1e-3
-            waiting.append((now + LATENCY, Target(place, velocity, now, now)))
-        while waiting and waiting[0][0] <= now:
-            following.see(waiting.pop(0)[1])
+        place = see_late(following, waiting, target_at, now, seen)
         speeds = following.step(now, robot.place.pose, now)
         robot.command(*speeds)
         robot.go(robot.next(TICK / SECOND), TICK / SECOND)

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 from support.around_corners import around_corners
-from support.around_corners import LATENCY
 from support.around_corners import SECOND
+from support.around_corners import see_late
 from support.around_corners import TICK
 
 from colortrack_ros.simulation.robot import Place
@@ -27,12 +27,7 @@ def follow(target_at, seconds, dead=0.5, lag=0.3, seen=lambda t: True, scale=1.0
     following, place, speeds = Following(FollowingConfig(**config)), Place(), np.zeros(2)
     told, waiting, log, lines = deque([np.zeros(2)] * round(dead * SECOND / TICK)), [], [], set()
     for now in range(0, round(seconds * SECOND), TICK):
-        where = np.array(target_at(now / SECOND))
-        if seen(now / SECOND) and now % (2 * TICK) == 0:
-            velocity = (np.array(target_at(now / SECOND + 1e-3)) - where) / 1e-3
-            waiting.append((now + LATENCY, Target(where, velocity, now, now)))
-        while waiting and waiting[0][0] <= now:
-            following.see(waiting.pop(0)[1])
+        where = see_late(following, waiting, target_at, now, seen)
         told.append(np.array(following.step(now, place.pose, now)))
         share = 1 - math.exp(-TICK / SECOND / lag) if lag else 1.0
         speeds = speeds + share * (told.popleft() * (1.0, scale) - speeds)
