@@ -6,6 +6,7 @@ Each is a process of its own that runs its program from the first line to the la
 from collections.abc import Callable
 import contextlib
 import ctypes
+import faulthandler
 import functools
 import gc
 import importlib
@@ -21,6 +22,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 import warnings
 
 from colortrack_ros import node_kit
@@ -37,6 +39,10 @@ AS_WELL = ('colortrack_ros.flow.backlog', 'colortrack_ros.flow.faults', 'colortr
            'rcl_interfaces.srv', 'rosgraph_msgs.msg', 'sensor_msgs.msg', 'std_msgs.msg',
            'std_srvs.srv', 'type_description_interfaces.srv', 'visualization_msgs.msg')  # fmt: skip
 """What every node imports besides."""
+
+TELL = signal.SIGUSR1
+"""Makes a process that was forked print where each of its threads is, even one that keeps the
+interpreter to itself."""
 
 SIZE_OF_SIGSET = 128
 """Of sigset_t, on Linux [bytes]."""
@@ -98,6 +104,11 @@ class Fork:
         """Send a signal, unless it has ended."""
         if self.poll() is None:
             os.kill(self.pid, number)
+
+    def tell(self) -> None:
+        """Have it print where its threads are."""
+        self.send_signal(TELL)
+        time.sleep(1.0)
 
     def kill(self) -> None:
         """Send SIGKILL."""
@@ -201,6 +212,7 @@ def _run(
     os.chdir(folder)
     sys.argv[:] = argv
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    faulthandler.register(TELL)
     exec(compile(code, '<string>', 'exec'), {'__name__': '__main__'})
 
 

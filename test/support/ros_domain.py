@@ -121,6 +121,8 @@ class Process:
             return self.popen.wait(timeout=PATIENCE)
         except subprocess.TimeoutExpired as error:
             threads = threads_of(self.popen.pid)
+            if isinstance(self.popen, Fork):
+                self.popen.tell()
             raise AssertionError(f'has not ended:\n{threads}\n{self.output}') from error
 
 
