@@ -1,4 +1,4 @@
-"""The data that rooms exchange: Frame, Detections, Tracks, Locations; and the base class of tables.
+"""The data that rooms exchange: Frame, Detections, Tracks, Locations.
 
 Pixel coordinates are (u, v): u to the right, v down, the center of the top left pixel is (0, 0).
 Times are integer nanoseconds, so the same stamps give bit-identical results.
@@ -10,11 +10,10 @@ them (little-endian, fixed offsets), so a message takes a single copy of the arr
 from dataclasses import dataclass
 from dataclasses import field
 from typing import Any
-from typing import ClassVar
 from typing import Protocol
-from typing import TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -174,6 +173,92 @@ class Detections:
     image_size: tuple[int, int] = (0, 0)
     viewpoint: Viewpoint | None = None
 
+    @classmethod
+    def from_points(
+        cls,
+        points: ArrayLike,
+        stamp: int = 0,
+        *,
+        sigma: ArrayLike = 0.0,
+        scores: ArrayLike = 1.0,
+        colors: ArrayLike = 0,
+        image_size: tuple[int, int] = (0, 0),
+    ) -> 'Detections':
+        """Points that a detector of your own has found.
+
+        :param points: (N, 2) u, v [px].
+        :param stamp: of the frame [ns].
+        :param sigma: standard deviation on each axis, of all or (N,) of each [px]; 0 if unknown,
+            and the tracker learns it.
+        :param scores: 0..1, of all or (N,) of each.
+        :param colors: classes, from 0, of all or (N,) of each; objects keep theirs.
+        :param image_size: width and height of the picture [px]; 0 if unknown.
+        :raises ValueError: an array has another shape, or values that make no sense.
+        """
+        z = _table(points, 'points', ('u', 'v'))
+        rows = np.zeros(len(z), DETECTION)
+        rows['u'], rows['v'] = z.T
+        rows['cov_uu'] = rows['cov_vv'] = _for_each(sigma, 'sigma', len(z)) ** 2
+        rows['score'] = _for_each(scores, 'scores', len(z))
+        rows['color'] = _for_each(colors, 'colors', len(z))
+        return cls(rows, stamp, image_size=image_size)
+
+    @classmethod
+    def from_boxes(
+        cls,
+        boxes: ArrayLike,
+        stamp: int = 0,
+        *,
+        scores: ArrayLike = 1.0,
+        colors: ArrayLike = 0,
+        image_size: tuple[int, int] = (0, 0),
+    ) -> 'Detections':
+        """Boxes that a network has found.
+
+        :param boxes: (N, 4) left, top, right, bottom edge [px], counted from the edge of the
+            picture, as networks do: its first pixel is from 0 to 1.
+        :param stamp, scores, colors, image_size: see from_points().
+        :raises ValueError: an array has another shape, or these are no edges in pixels.
+        """
+        edges = _table(boxes, 'boxes', ('left', 'top', 'right', 'bottom'))
+        corner, size = edges[:, :2], edges[:, 2:] - edges[:, :2]
+        if np.any(size < 0):
+            raise ValueError(
+                'boxes: expected left, top, right, bottom, got a right edge left of '
+                'the left one, or a bottom above the top: is it width and height?'
+            )
+        if len(edges) and edges.max() <= 1:
+            raise ValueError(
+                'boxes: expected pixels, got 0..1: multiply by width and height of the picture'
+            )
+        center = corner + (size - 1) / 2
+        found = cls.from_points(center, stamp, scores=scores, colors=colors, image_size=image_size)
+        sides = found.rows.view(DETECTION_BOX)
+        sides['corner'], sides['size'] = corner, size
+        found.rows['area'] = np.pi / 4 * size.prod(axis=1)
+        return found
+
+
+def _table(values: ArrayLike, name: str, columns: tuple[str, ...]) -> Floats:
+    """The values as an array with these columns, without rows if there are none."""
+    table = np.asarray(values, np.float64)
+    if not table.size:
+        return table.reshape(0, len(columns))
+    if table.ndim != 2 or table.shape[1] != len(columns):
+        expected = f'(N, {len(columns)}): {", ".join(columns)}'
+        raise ValueError(f'{name}: expected an array {expected}, got shape {table.shape}')
+    return table
+
+
+def _for_each(values: ArrayLike, name: str, count: int) -> Floats:
+    """Numbers that are not negative: one for all, or one for each of them."""
+    given = np.asarray(values)
+    if given.dtype.kind not in 'iufb' or np.any(given < 0):
+        raise ValueError(f'{name}: expected numbers from 0, got {values!r}')
+    if given.ndim and given.shape != (count,):
+        raise ValueError(f'{name}: expected one, or one for each of {count}, got {given.shape}')
+    return np.asarray(given, np.float64)
+
 
 @dataclass(frozen=True)
 class Tracks:
@@ -207,90 +292,3 @@ class Locations:
     rows: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, LOCATION))
     stamp: int = 0
     frame_id: str = ''
-
-
-Selection = Bools | Indices
-"""Rows of a table: a mask, or indices."""
-
-Table = TypeVar('Table', bound='Columns')
-
-
-class Columns:
-    """Base of dataclasses whose arrays share their rows: one for each object, track, and so on.
-
-    Fields that are arrays or Columns are columns. All others, such as the width of a picture,
-    belong to the whole table and are left unchanged.
-    """
-
-    axis: ClassVar[int] = 0
-    """The axis of the arrays along which the rows lie."""
-
-    def columns(self) -> dict[str, Any]:
-        """The columns by name."""
-        return {k: v for k, v in vars(self).items() if isinstance(v, (np.ndarray, Columns))}
-
-    def __len__(self) -> int:
-        for column in vars(self).values():
-            if isinstance(column, np.ndarray):
-                return int(column.shape[self.axis])
-            if isinstance(column, Columns):
-                return len(column)
-        raise TypeError(f'{type(self).__name__} has no columns')
-
-    def take(self: Table, rows: Selection) -> Table:
-        """A table of the selected rows, in that order."""
-        table = type(self).__new__(type(self))
-        vars(table).update(self._chosen(rows))
-        return table
-
-    def keep(self, rows: Selection) -> None:
-        """Keep only these rows."""
-        vars(self).update(self._chosen(rows))
-
-    def extend(self: Table, other: Table) -> None:
-        """Append the rows of another table."""
-        theirs = vars(other)
-        for name, column in self.columns().items():
-            if isinstance(column, Columns):
-                column.extend(theirs[name])
-            else:
-                vars(self)[name] = join(column, theirs[name], self.axis)
-
-    def put(self: Table, rows: Selection, other: Table) -> None:
-        """Replace some rows by those of another table.
-
-        :param rows: (K,) or a mask with K True, the rows to replace.
-        :param other: K rows.
-        """
-        theirs = vars(other)
-        for name, column in self.columns().items():
-            if isinstance(column, Columns):
-                column.put(rows, theirs[name])
-            else:
-                whole_rows(column)[(slice(None),) * self.axis + (rows,)] = whole_rows(theirs[name])
-
-    def _chosen(self, rows: Selection) -> dict[str, Any]:
-        """All fields by name, with only the selected rows of columns."""
-        index, axis = rows.nonzero()[0] if rows.dtype.kind == 'b' else rows, self.axis
-        chosen = dict(vars(self))
-        for name, column in chosen.items():
-            if isinstance(column, np.ndarray):
-                chosen[name] = column.take(index, axis)
-            elif isinstance(column, Columns):
-                chosen[name] = column.take(index)
-        return chosen
-
-
-def whole_rows(table: NDArray[Any]) -> NDArray[Any]:
-    """A view of structured rows as raw bytes: NumPy then copies rows whole, not field by field.
-
-    Arrays without fields, or with fields of objects, are returned unchanged.
-    """
-    in_one_piece = table.dtype.names and not table.dtype.hasobject
-    return table.view((np.void, table.itemsize)) if in_one_piece else table
-
-
-def join(table: NDArray[Any], below: NDArray[Any], axis: int = 0) -> NDArray[Any]:
-    """Concatenate two arrays of the same type by rows."""
-    rows = np.concatenate([whole_rows(table), whole_rows(below)], axis=axis)
-    return rows.view(table.dtype) if table.dtype.names else rows

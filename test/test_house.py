@@ -33,6 +33,7 @@ ROOMS_WITHOUT_ROS = (
 )
 ALLOWED = {
     'data': set(),
+    'columns': {'data'},
     'batch': {'files'},
     'stamps': set(),
     'encodings': {'data', 'stamps'},
@@ -43,13 +44,13 @@ ALLOWED = {
     'ellipses': set(),
     'scenes': {'data'},
     'sources': {'data', 'encodings', 'files', 'parameters', 'picture_files', 'scenes'},
-    'estimation': {'data', 'parameters', 'stamps'},
-    'detection': {'data', 'encodings', 'parameters', 'picture_files'},
-    'tracking': {'data', 'estimation', 'parameters'},
-    'windows': {'data', 'encodings', 'estimation', 'parameters'},
+    'estimation': {'columns', 'data', 'parameters', 'stamps'},
+    'detection': {'columns', 'data', 'encodings', 'parameters', 'picture_files'},
+    'tracking': {'columns', 'data', 'estimation', 'parameters'},
+    'windows': {'columns', 'data', 'encodings', 'estimation', 'parameters'},
     # new targets are found as the detector's method `background` does
-    'contours': {'data', 'detection', 'encodings', 'estimation', 'parameters'},
-    'world': {'data', 'estimation', 'parameters'},
+    'contours': {'columns', 'data', 'detection', 'encodings', 'estimation', 'parameters'},
+    'world': {'columns', 'data', 'estimation', 'parameters'},
     'simulation': {'data', 'parameters', 'world'},
     'drawing': {'data', 'ellipses', 'files'},
     'messages': {'data', 'ellipses', 'encodings', 'files', 'picture_files'},
@@ -61,7 +62,7 @@ ALLOWED = {
 
 FLOORS = (
     {'data', 'ellipses', 'files', 'parameters', 'signals', 'stamps'},
-    {'batch', 'encodings', 'picture_files'},
+    {'batch', 'columns', 'encodings', 'picture_files'},
     {'scenes', 'estimation', 'flow', 'messages', 'bags', 'drawing'},
     {'sources', 'detection', 'tracking', 'windows', 'world'},
     {'contours', 'chain', 'simulation', 'evaluation'},

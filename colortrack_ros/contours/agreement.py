@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from colortrack_ros.columns import Columns
 from colortrack_ros.contours.boxes import boxes
 from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.filters import Contours
@@ -18,7 +19,6 @@ from colortrack_ros.contours.regions import slack
 from colortrack_ros.contours.regions import SLACK_SHARE
 from colortrack_ros.contours.spline import Spline
 from colortrack_ros.data import Bools
-from colortrack_ros.data import Columns
 from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.records import Records

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from colortrack_ros.columns import Columns
 from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.data import Bools
-from colortrack_ros.data import Columns
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 

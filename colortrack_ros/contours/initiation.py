@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from colortrack_ros.columns import Columns
 from colortrack_ros.contours.areas import Areas
-from colortrack_ros.data import Columns
 from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from colortrack_ros.columns import Columns
 from colortrack_ros.contours.areas import Areas
 from colortrack_ros.contours.areas import PART
 from colortrack_ros.data import Bools
-from colortrack_ros.data import Columns
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.estimation.boxes import extents

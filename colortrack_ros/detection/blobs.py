@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.data import Columns
+from colortrack_ros.columns import Columns
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.label_image import WORD
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.data import Columns
+from colortrack_ros.columns import Columns
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.pixels import pixels_at

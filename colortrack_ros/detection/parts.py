@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.columns import whole_rows
 from colortrack_ros.data import Bools
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Floats
-from colortrack_ros.data import whole_rows
 from colortrack_ros.detection.templates import BlobTemplate
 from colortrack_ros.detection.templates import Fit
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from colortrack_ros.data import Columns
+from colortrack_ros.columns import Columns
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.estimation.bank import Bank

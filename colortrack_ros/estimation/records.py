@@ -7,8 +7,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.data import Columns
-from colortrack_ros.data import Selection
+from colortrack_ros.columns import Columns
+from colortrack_ros.columns import Selection
 
 Fields = Sequence[tuple[Any, ...]]
 

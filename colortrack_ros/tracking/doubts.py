@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.data import Columns
+from colortrack_ros.columns import Columns
 from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.bank import Bank

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from colortrack_ros.columns import Columns
 from colortrack_ros.data import Bools
-from colortrack_ros.data import Columns
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.estimation.innovations import compare

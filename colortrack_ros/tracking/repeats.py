@@ -85,13 +85,16 @@ def require_detections(detections: Detections) -> None:
     :raises ValueError: it is not.
     """
     if not isinstance(detections, Detections):
-        raise ValueError(f'expected Detections, got {type(detections).__name__}')
+        raise ValueError(
+            f'expected Detections, got {type(detections).__name__}; of boxes it is '
+            'Detections.from_boxes(boxes, stamp=nanoseconds), of points from_points'
+        )
     rows = detections.rows
     named = isinstance(rows, np.ndarray) and rows.dtype.names == DETECTION.names
     if not named or rows.ndim != 1:
         raise ValueError(
             f'rows: expected an array (N,) of dtype DETECTION, got {type(rows).__name__} of shape '
-            f'{np.shape(rows)}; begin with np.zeros(N, DETECTION) and set its fields'
+            f'{np.shape(rows)}; make them by Detections.from_boxes or from_points'
         )
 
 

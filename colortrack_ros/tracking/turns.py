@@ -8,9 +8,9 @@ sum, Alspach and Sorenson 1972, of two terms for each track, about its last mane
 
 import numpy as np
 
-from colortrack_ros.data import Columns
+from colortrack_ros.columns import Columns
+from colortrack_ros.columns import join
 from colortrack_ros.data import Indices
-from colortrack_ros.data import join
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.gaussian import mixture
 from colortrack_ros.estimation.gaussian import turned

@@ -4,13 +4,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from numpy.typing import NDArray
 
+from colortrack_ros.columns import whole_rows
 from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
 from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
-from colortrack_ros.data import whole_rows
 from colortrack_ros.estimation.clock import Clock
 from colortrack_ros.estimation.track_table import is_inside
 from colortrack_ros.estimation.track_table import TrackTable

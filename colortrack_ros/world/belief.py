@@ -17,11 +17,11 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.columns import Columns
+from colortrack_ros.columns import Selection
 from colortrack_ros.data import Bools
-from colortrack_ros.data import Columns
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
-from colortrack_ros.data import Selection
 from colortrack_ros.estimation.gaussian import mixture
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.world.cases import CASE_PITCHES

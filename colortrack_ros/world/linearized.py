@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
+from colortrack_ros.columns import Columns
 from colortrack_ros.data import Bools
-from colortrack_ros.data import Columns
 from colortrack_ros.data import Floats
 from colortrack_ros.world.inverse_depth import to_points
 from colortrack_ros.world.measurement import BLOB

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from colortrack_ros.columns import whole_rows
 from colortrack_ros.data import Detections
 from colortrack_ros.data import LOCATION
 from colortrack_ros.data import Locations
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
-from colortrack_ros.data import whole_rows
 from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.checks import beyond
 from colortrack_ros.world.checks import coarse

@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.columns import Columns
 from colortrack_ros.data import Bools
-from colortrack_ros.data import Columns
 from colortrack_ros.data import Floats
 from colortrack_ros.world.camera import CameraModel
 from colortrack_ros.world.state import DIAMETER

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.columns import Columns
 from colortrack_ros.data import Bools
 from colortrack_ros.data import COASTING
-from colortrack_ros.data import Columns
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices

@@ -20,8 +20,8 @@ from functools import cached_property
 
 import numpy as np
 
+from colortrack_ros.columns import Columns
 from colortrack_ros.data import Bools
-from colortrack_ros.data import Columns
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.world.config import ALOFT

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 import pytest
 
-from colortrack_ros.data import Columns
+from colortrack_ros.columns import Columns
 
 
 @dataclass

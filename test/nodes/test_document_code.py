@@ -38,8 +38,30 @@ def test_the_python_of_the_readme_tracks_a_video(tmp_path, monkeypatch, capsys):
     assert abs(float(v) - truth['v']) < 3
 
 
+def test_the_python_that_tracks_boxes_of_a_network_tracks_them():
+    """Two that walk by each other, as ultralytics gives boxes: float32, classes as well."""
+
+    def network(picture):
+        k = int(picture[0, 0])
+        left = np.array([10.0 + 5 * k, 310.0 - 5 * k])
+        boxes = np.stack([left, [40.0, 140.0], left + 30, [120.0, 230.0]], axis=1)
+        return boxes.astype('f4'), np.array([0.9, 0.8], 'f4'), np.array([0, 2], 'f4')
+
+    code, _ = blocks(ROOT / 'doc' / 'messages.md', 'python')
+    scope = {}
+    exec(code, scope)
+    pictures = [np.full((240, 360), k, np.uint8) for k in range(40)]
+    *_, rows = scope['track'](pictures, network)
+    assert rows['track_id'].tolist() == [1, 2]
+    assert rows['color'].tolist() == [0, 2]
+    # the center of the first pixel is 0, its left edge for a network
+    np.testing.assert_allclose(rows['u'], [219.5, 129.5], atol=0.1)
+    np.testing.assert_allclose(rows['box_u'], [205, 115], atol=0.1)
+    np.testing.assert_allclose(rows['du'], [150, -150], atol=1)
+
+
 def test_the_python_that_reads_tracks_reads_a_message(capsys):
-    (code,) = blocks(ROOT / 'doc' / 'messages.md', 'python')
+    _, code = blocks(ROOT / 'doc' / 'messages.md', 'python')
     tree = ast.parse(code)
     tree.body = [
         node
