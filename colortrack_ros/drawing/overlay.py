@@ -45,7 +45,7 @@ _CORNERS = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)])
 BGR = tuple[int, int, int]
 
 
-def draw_tracks(image: NDArray[np.uint8], tracks: Tracks, trails: Trails) -> None:
+def draw_tracks(image: NDArray[np.uint8], tracks: Tracks, trails: Trails | None = None) -> None:
     """Draw trail, 95 % covariance ellipse, box or outline, and ID of each track, in place.
 
     Each confirmed track has its own color, coasting ones are dashed, and tentative ones are thin,
@@ -53,7 +53,7 @@ def draw_tracks(image: NDArray[np.uint8], tracks: Tracks, trails: Trails) -> Non
 
     :param image: (H, W, 3) BGR, contiguous, writable.
     :param tracks: rows without NaN; an outline of NaN is not drawn.
-    :param trails: updated with these tracks.
+    :param trails: updated with these tracks; None draws none.
     """
     rows = tracks.rows
     if len(rows) == 0:
@@ -64,7 +64,9 @@ def draw_tracks(image: NDArray[np.uint8], tracks: Tracks, trails: Trails) -> Non
         TENTATIVE_GRAY if row['state'] == TENTATIVE else track_color(int(row['track_id']))
         for row in rows
     ]
-    _draw_trails(image, trails, dict(zip(rows['track_id'].tolist(), colors, strict=True)), scale)
+    if trails:
+        of_id = dict(zip(rows['track_id'].tolist(), colors, strict=True))
+        _draw_trails(image, trails, of_id, scale)
     shapes = list(_boxes(rows))
     for i, outline in enumerate(tracks.outlines):
         if np.isfinite(outline).all():

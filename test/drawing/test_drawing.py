@@ -51,6 +51,12 @@ def test_box_and_ellipse_are_where_the_track_is():
     assert (ellipse[0], ellipse[-1]) == pytest.approx((160 - radius, 160 + radius), abs=2)
 
 
+def test_without_trails_all_but_trails_is_drawn():
+    tracks, image = tracks_of((160, 120), size=100.0), np.zeros((240, 320, 3), np.uint8)
+    draw_tracks(image, tracks)
+    np.testing.assert_array_equal(image, drawn(tracks))
+
+
 def test_a_box_is_drawn_where_it_is_not_around_the_centroid():
     tracks = tracks_of((160, 120), size=100.0, variance=0.01, state=TENTATIVE)
     tracks.rows['box_u'] -= 30

@@ -18,10 +18,14 @@ from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
 from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.scenes import open_scene
+from colortrack_ros.sources import open_source
+
+FROM_PYTHON = ROOT / 'doc' / 'python.md'
 
 
-def test_the_python_of_the_readme_tracks_a_video(tmp_path, monkeypatch, capsys):
-    """Its ball.mp4 is a scene of one ball, in the color that the README names."""
+@pytest.fixture
+def scene(tmp_path, monkeypatch):
+    """A scene of one ball in the color that the pages name, and ball.mp4, its video."""
     scene = open_scene('single?width=320&height=240&duration=1')
     codec = cv2.VideoWriter.fourcc(*'mp4v')
     video = cv2.VideoWriter(str(tmp_path / 'ball.mp4'), codec, 24.0, (320, 240))
@@ -29,13 +33,45 @@ def test_the_python_of_the_readme_tracks_a_video(tmp_path, monkeypatch, capsys):
         video.write(scene.render(k))
     video.release()
     monkeypatch.chdir(tmp_path)
+    return scene
+
+
+def assert_near(u, v, truth):
+    assert abs(float(u) - truth['u']) < 3
+    assert abs(float(v) - truth['v']) < 3
+
+
+def test_the_python_of_the_readme_tracks_a_video(scene, capsys):
     (code,) = blocks(README, 'python')
     exec(code, {})
     _stamp, track, u, v = capsys.readouterr().out.splitlines()[-1].split()
-    truth = scene.truth(len(scene) - 1)[0]
     assert int(track) == 1
-    assert abs(float(u) - truth['u']) < 3
-    assert abs(float(v) - truth['v']) < 3
+    assert_near(u, v, scene.truth(len(scene) - 1)[0])
+
+
+def test_the_python_that_draws_leaves_a_video_with_boxes(scene):
+    code, _, _ = blocks(FROM_PYTHON, 'python')
+    exec(code, {})
+    count = 0
+    for drawn, plain in zip(open_source('tracked.mp4'), open_source('ball.mp4'), strict=True):
+        count += 1
+        changed = cv2.absdiff(drawn.image, plain.image).max(axis=2) > 60
+    v, u = np.nonzero(changed)
+    truth = scene.truth(len(scene) - 1)[0]
+    assert count == len(scene)
+    assert abs(np.median(u) - truth['u']) < 20
+    assert abs(np.median(v) - truth['v']) < 20
+
+
+def test_the_python_of_other_trackers_follows_its_target(scene, capsys):
+    _, _, code = blocks(FROM_PYTHON, 'python')
+    u, v = (round(scene.truth(0)[0][name]) - 16 for name in ('u', 'v'))
+    exec(code.replace('[40, 60,', f'[{u}, {v},'), {})
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    target = [line[1:] for line in lines if line[0] == 'target']
+    assert len(target) == len(scene)
+    assert_near(*target[-1][:2], scene.truth(len(scene) - 1)[0])
+    assert {line[1] for line in lines if line[0] == 'moving'} <= {'1', '2'}
 
 
 def test_the_python_that_tracks_boxes_of_a_network_tracks_them():
@@ -47,7 +83,7 @@ def test_the_python_that_tracks_boxes_of_a_network_tracks_them():
         boxes = np.stack([left, [40.0, 140.0], left + 30, [120.0, 230.0]], axis=1)
         return boxes.astype('f4'), np.array([0.9, 0.8], 'f4'), np.array([0, 2], 'f4')
 
-    code, _ = blocks(ROOT / 'doc' / 'messages.md', 'python')
+    _, code, _ = blocks(FROM_PYTHON, 'python')
     scope = {}
     exec(code, scope)
     pictures = [np.full((240, 360), k, np.uint8) for k in range(40)]
@@ -61,7 +97,7 @@ def test_the_python_that_tracks_boxes_of_a_network_tracks_them():
 
 
 def test_the_python_that_reads_tracks_reads_a_message(capsys):
-    _, code = blocks(ROOT / 'doc' / 'messages.md', 'python')
+    (code,) = blocks(ROOT / 'doc' / 'messages.md', 'python')
     tree = ast.parse(code)
     tree.body = [
         node
