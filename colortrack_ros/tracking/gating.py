@@ -9,6 +9,7 @@ from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.rectangles import points_inside
+from colortrack_ros.tracking.several_detectors import may_take
 
 LOG_PI = math.log(math.pi)
 
@@ -28,7 +29,8 @@ def gate(
     The score is ln p / (1 - p) + ln N(e; 0, S) - ln density; it is positive if d^2 is below a bound
     set by S. The gate is a rectangle that covers the cases with and without a maneuver. Without
     gating every pair is a candidate; in a crowd the NEAREST_IN_CROWD nearest of each track are.
-    Excluded are tracks already measured at this stamp, and pairs of two colors if color gates.
+    Excluded are tracks already measured at this stamp, tentative tracks for what lies on one that
+    is, and pairs of two colors if color gates.
 
     :return: (K,) tracks, ascending, and (K,) blobs.
     """
@@ -55,6 +57,6 @@ def gate(
         if np.count_nonzero(same) < len(same):
             track, blob = track[same], blob[same]
     if prediction.step.again:
-        still = prediction.unmeasured[track] > 0
+        still = may_take(prediction, blobs, track, blob)
         track, blob = track[still], blob[still]
     return track, blob

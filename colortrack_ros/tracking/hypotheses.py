@@ -13,6 +13,7 @@ from colortrack_ros.data import Indices
 from colortrack_ros.estimation.innovations import compare
 from colortrack_ros.estimation.innovations import Innovations
 from colortrack_ros.estimation.track_table import marked
+from colortrack_ros.tracking.association import ASSOCIATORS
 from colortrack_ros.tracking.association.gnn import associate
 from colortrack_ros.tracking.centers import measure_centers
 from colortrack_ros.tracking.config import TrackerConfig
@@ -140,3 +141,14 @@ def _count_sizes(
         best = np.zeros(len(blobs)) - np.inf
         np.maximum.at(best, blob, fit)
         ratio[open_] -= np.minimum(best[blob], 0.0)
+
+
+def choose_hypotheses(
+    hypotheses: Hypotheses, gain: Floats, count: int, associator: str
+) -> Association:
+    """Choose hypotheses by their gains, (K,), of a number of blobs."""
+    chosen, probability = ASSOCIATORS[associator](hypotheses.track, hypotheses.blob, gain)
+    pairs = hypotheses if len(chosen) == len(hypotheses) else hypotheses.take(chosen)
+    hard = np.count_nonzero(probability == 1) == len(probability)
+    free = ~marked(pairs.blob if hard else pairs.blob[probability > 0.5], count)
+    return Association(pairs, probability, free, hard)

@@ -180,15 +180,15 @@ def accept(rows: NDArray[np.void], config: TrackerConfig, learned: Adaptation) -
     :return: the rows left, M <= N.
     """
     rows = np.ascontiguousarray(rows, DETECTION)
-    doubles = np.ndarray((len(rows), ROW_DOUBLES), np.float64, rows)[:, DOUBLES]
-    singles = np.ndarray((len(rows), 2 * ROW_DOUBLES), np.float32, rows)[:, SINGLES]
+    doubles = np.ndarray((rows.size, ROW_DOUBLES), np.float64, rows)[:, DOUBLES]
+    singles = np.ndarray((rows.size, 2 * ROW_DOUBLES), np.float32, rows)[:, SINGLES]
     near = np.abs(doubles) <= LIMITS, np.abs(singles) <= LARGEST_SQUARE  # not what is NaN
     if sum(map(np.count_nonzero, near)) < doubles.size + singles.size:
         good = near[0].all(axis=1) & near[1].all(axis=1)
         rows, doubles, singles = rows[good], doubles[good], singles[good]
     a, b, c = doubles[:, 2:].T
     definite = (a > 0) & (a * c > b * b)
-    known = np.count_nonzero(definite) == len(rows)
+    known = np.count_nonzero(definite) == rows.size
     if not known:
         good = definite | ~doubles[:, 2:].any(axis=1)
         rows, doubles, singles = rows[good], doubles[good], singles[good]
@@ -206,7 +206,7 @@ def accept(rows: NDArray[np.void], config: TrackerConfig, learned: Adaptation) -
             by_axis(R)[unknown] += np.square(CUT_SIGMA * singles[:, 3:5][unknown])
     else:
         cut, outside = np.zeros(z.shape, bool), np.zeros(z.shape, np.int8)
-    size, mixed = box[:, 1] - box[:, 0], np.zeros(len(rows), bool)
+    size, mixed = box[:, 1] - box[:, 0], np.zeros(rows.size, bool)
     return Measurements(rows, z, R, box, size, mixed, cut, outside, usual, usual + 1)
 
 

@@ -149,7 +149,7 @@ class Screening:
 
 def _warn(reason: str) -> None:
     """Warn whoever has called Tracker.update: once for each line, since the text has no counts."""
-    warnings.warn(f'refused: {reason}', stacklevel=4)
+    warnings.warn(f'refused: {reason}', stacklevel=5)
 
 
 def unrepeated(rows: NDArray[np.void], known: NDArray[np.void]) -> NDArray[np.void]:

@@ -6,17 +6,16 @@ from numpy.typing import NDArray
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import Detections
+from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.clock import Clock
 from colortrack_ros.estimation.motion import MOTION_MODELS
-from colortrack_ros.estimation.track_table import marked
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.adaptation import SLOW_PERIOD
-from colortrack_ros.tracking.association import ASSOCIATORS
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.crossings import defer
 from colortrack_ros.tracking.crossings import tell_apart
@@ -31,7 +30,7 @@ from colortrack_ros.tracking.duplicates import leave_out_points
 from colortrack_ros.tracking.fast_starts import start_fast
 from colortrack_ros.tracking.flicker import TELLING_HITS
 from colortrack_ros.tracking.gating import gate
-from colortrack_ros.tracking.hypotheses import Association
+from colortrack_ros.tracking.hypotheses import choose_hypotheses
 from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.hypotheses import hypothesize
 from colortrack_ros.tracking.hypotheses import score
@@ -51,6 +50,8 @@ from colortrack_ros.tracking.records import published
 from colortrack_ros.tracking.repeats import Repeats
 from colortrack_ros.tracking.rhythm import Rhythm
 from colortrack_ros.tracking.screening import Screening
+from colortrack_ros.tracking.several_detectors import by_kind
+from colortrack_ros.tracking.several_detectors import found_before
 from colortrack_ros.tracking.stitching import find_stitches
 from colortrack_ros.tracking.stitching import stitch
 from colortrack_ros.tracking.strays import take_strays
@@ -118,14 +119,20 @@ class Tracker:
         """Process the detections of one frame.
 
         A message with the stamp of the last one adds detections of the same moment: repeated rows
-        are dropped and counted, tracks that already have a measurement take none, and a track
-        without one does not count as missed again.
+        are dropped and counted, tracks that already have a measurement take none, what lies on them
+        starts none, and a track without one does not count as missed again.
 
         :param detections: of the next frame, which may be empty.
         :return: the tracks at its stamp, with its header.
         """
         if self._repeats.see(detections, self._clock, self._in_force.max_dt):
             return self._between(detections)
+        for part in by_kind(detections):
+            speed = self._take(part)
+        return self._published(self._tracks, detections, speed)
+
+    def _take(self, detections: Detections) -> Floats:
+        """Process detections of one detector; returns what Prediction.speed is."""
         step = self._advance(detections)
         config, tracks, learned = self._in_force, self._tracks, self._adaptation
         blobs = self.screening.measure(detections, learned, config, again=step.again)
@@ -134,7 +141,7 @@ class Tracker:
         self._follow_camera(step)
         prediction, hypotheses = self._hypothesize(prediction, blobs)
         gain = score(hypotheses, prediction, blobs, config)
-        associated = self._associate(hypotheses, gain, len(blobs))
+        associated = choose_hypotheses(hypotheses, gain, blobs.rows.size, config.associator)
         defer(hypotheses, gain, associated, prediction, blobs)
         blobs, associated = merge_split(prediction, blobs, associated, learned.overlaps)
         associated, shared = share_centroids(prediction, blobs, associated, learned.resolution)
@@ -146,12 +153,15 @@ class Tracker:
         if shared is not None:
             follow_shared(tracks, shared, prediction, blobs)
         tell_apart(tracks, associated.pairs, prediction, config)
-        new = associated.free.nonzero()[0]
+        free = associated.free
+        if step.again:
+            free = free & ~found_before(prediction, blobs)
+        new = free.nonzero()[0]
         if new.size:
             new = learned.overlaps.may_start(new, blobs.rows, config.start_score)
             initiate(tracks, prediction, blobs, start_fast(tracks, prediction, blobs, new, learned))
         self._manage(again=step.again)
-        return self._published(tracks, detections, prediction.speed)
+        return prediction.speed
 
     def _between(self, detections: Detections) -> Tracks:
         """The tracks at the stamp of a repeated picture; they and all that is learned stay."""
@@ -161,9 +171,7 @@ class Tracker:
         tracks = coast(self._tracks, dt, learned, config)
         return self._published(tracks, detections, assumed_speed(learned, config))
 
-    def _published(
-        self, tracks: TrackTable[Bank], detections: Detections, speed: NDArray[np.float64]
-    ) -> Tracks:
+    def _published(self, tracks: TrackTable[Bank], detections: Detections, speed: Floats) -> Tracks:
         """The tracks, with the header of the detections."""
         learned, config, population = self._adaptation, self._in_force, self._population
 
@@ -221,17 +229,6 @@ class Tracker:
                 self._follow_camera(step)
                 return again, hypothesize(again, blobs, *gate(again, blobs, config))
         return prediction, hypotheses
-
-    def _associate(
-        self, hypotheses: Hypotheses, gain: NDArray[np.float64], count: int
-    ) -> Association:
-        """Choose hypotheses by their gains, (K,), of a number of blobs."""
-        associate = ASSOCIATORS[self.config.associator]
-        chosen, probability = associate(hypotheses.track, hypotheses.blob, gain)
-        pairs = hypotheses if len(chosen) == len(hypotheses) else hypotheses.take(chosen)
-        hard = np.count_nonzero(probability == 1) == len(probability)
-        free = ~marked(pairs.blob if hard else pairs.blob[probability > 0.5], count)
-        return Association(pairs, probability, free, hard)
 
     def _manage(self, *, again: bool) -> None:
         """Confirmation, deletion and stitching."""
