@@ -185,8 +185,12 @@ class Camera:
             self._motion, self._steady, self._alert = change.after(last), 0, ALERT
         elif last is not STANDING:
             found, still = (count_found(x, variance, z) for x in (moved, expected))
-            if 2 * found < len(expected) and still >= found:
-                self._motion = STANDING  # it shakes
+            if 2 * found < len(expected):  # it shakes: it has stopped, or is thrown back far
+                change = find(expected, variance, z)
+                if change is not None:
+                    self._motion, self._steady, self._alert = change, 0, ALERT
+                elif still >= found:
+                    self._motion = STANDING
         if len(expected) and not (self.stands and last is STANDING):
             moved = (self._motion.of(expected) - last.of(expected)).mean(axis=0) / dt
             self._change2 += (moved**2 - self._change2) / UNSTEADINESS_MEMORY

@@ -179,6 +179,14 @@ def test_a_camera_that_shakes_costs_no_id_though_objects_are_missed(size, count,
     assert rows['track_id'].tolist() == list(range(1, count + 1))
 
 
+@pytest.mark.parametrize('ego_motion', ['auto', 'detections'])
+def test_a_camera_that_is_thrown_back_as_far_as_it_came_costs_no_id(ego_motion):
+    """Had it gone on, it would be farther away than motions are searched for."""
+    shifts = [(0, 0)] * 15 + [(-20, 70), (10, -40), (10, 0), (0, 0), (0, 0)]
+    for rows, _, _ in filmed([(0, 1, shift) for shift in shifts], ego_motion):
+        assert rows['track_id'].tolist() == list(range(1, 11))
+
+
 def test_by_default_a_flock_that_turns_bit_by_bit_moves_no_camera():
     """Objects share slight motions by chance; taken for the camera's they would widen ellipses."""
     rows = {}
