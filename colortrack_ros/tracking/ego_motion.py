@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
+from scipy.special import fdtrc
 
 from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
@@ -38,6 +39,10 @@ SIGNIFICANT = 9.2
 """Least decrease of the negative log-likelihood by a shift, and again by adding turn and zoom, at
 which they are accepted: half the quantile of chi-square with 2 degrees of freedom that a standing
 camera exceeds once in 10,000 frames."""
+
+JUMP_CHANCE, MOTION_NUMBERS = 1e-4, 4
+"""Probability by chance below which the motion of a camera that stood is evident, as with
+SIGNIFICANT, and how many numbers a turn, zoom and shift are."""
 
 MOST_ZOOM = 2.0
 """Greatest zoom from frame to frame, in or out. Assumed. Objects within their noise of one point,
@@ -146,8 +151,26 @@ def find_jump(expected: Floats, variance: Floats, z: Floats) -> EgoMotion | None
     motion = find_ego_motion(expected, variance, z)
     if motion is None:
         return None
-    agrees, nearest = _agreeing(z, motion.of(expected), np.sqrt(variance))
-    return motion if len(np.unique(nearest[agrees])) >= MOST * len(expected) else None
+    moved = motion.of(expected)
+    agrees, nearest = _agreeing(z, moved, np.sqrt(variance))
+    if len(np.unique(nearest[agrees])) < MOST * len(expected):
+        return None
+    still = z[nearest_points(z, expected)] - expected
+    chance = _chance(still[agrees], (z[nearest] - moved)[agrees])
+    return motion if chance < JUMP_CHANCE else None
+
+
+def _chance(still: Floats, moved: Floats) -> float:
+    """Return how often noise of any level is that much less by a turn, zoom and shift (F-test).
+
+    What is known of the noise of detections may be far off in the first frames.
+
+    :param still, moved: (K, 2) errors of objects without and with the motion [px].
+    """
+    left = moved.size - MOTION_NUMBERS
+    least = float((moved * moved).sum()) + moved.size * LEAST_SIGMA**2
+    gain = max(float((still * still).sum()) - least, 0.0)
+    return float(fdtrc(MOTION_NUMBERS, left, gain / MOTION_NUMBERS / (least / left)))
 
 
 def count_found(expected: Floats, variance: Floats, z: Floats) -> int:

@@ -204,6 +204,19 @@ def test_by_default_a_flock_that_turns_bit_by_bit_moves_no_camera():
     assert rows['auto'].tobytes() == rows['none'].tobytes()
 
 
+@pytest.mark.parametrize('seed', [4, 40])
+def test_by_default_noise_of_more_than_is_stated_moves_no_camera(seed):
+    """A turn, zoom and shift of it take six objects to within what was stated, now and then."""
+    rows = {}
+    for ego_motion in ('auto', 'none'):
+        tracker, draw = Tracker(TrackerConfig(ego_motion=ego_motion)), np.random.default_rng(seed)
+        at, v = crowd(draw, 6), draw.uniform(-100, 100, (6, 2))
+        for k in range(40):
+            z = at + v * k / 60 + draw.normal(0, 5, at.shape)
+            rows[ego_motion] = tracker.update(points(z, k * FRAME // 2, 1.0)).rows
+    assert rows['auto'].tobytes() == rows['none'].tobytes()
+
+
 def test_published_velocities_are_those_in_the_picture():
     """They include the camera's motion."""
     inside = []
