@@ -34,6 +34,17 @@ def corner_of(cell: NDArray[np.intp]) -> NDArray[np.intp]:
     return np.stack([cell >> 11 << 3, (cell >> 5 & 63) << 2, (cell & 31) << 3], axis=-1)
 
 
+def cell_of(colors: NDArray[np.integer]) -> NDArray[np.intp]:
+    """(N,) the cell of each color, red << 16 | green << 8 | blue."""
+    return np.asarray(colors >> 8 & 0xF800 | colors >> 5 & 0x07E0 | colors >> 3 & 0x001F, np.intp)
+
+
+def colors_in(cells: NDArray[np.intp]) -> NDArray[np.intp]:
+    """(N, 256) the colors, red << 16 | green << 8 | blue, in each cell."""
+    places = np.array([1 << 16, 1 << 8, 1])
+    return np.asarray((corner_of(cells) @ places)[:, None] + IN_CELL @ places)
+
+
 @lru_cache(maxsize=1)
 def cell_bounds() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Bounds of CIELAB over each cell: center plus and minus radius, for each axis.

@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.detection.cells import cell_bounds
+from colortrack_ros.detection.cells import cell_of
+from colortrack_ros.detection.cells import CELLS
 from colortrack_ros.detection.cells import cells_of
-from colortrack_ros.detection.cells import corner_of
+from colortrack_ros.detection.cells import colors_in
 from colortrack_ros.detection.cells import distance_bounds
-from colortrack_ros.detection.cells import IN_CELL
 from colortrack_ros.detection.cells import least_squared
 from colortrack_ros.detection.cells import TO_CELL
 from colortrack_ros.detection.column_filter import ColumnFilter
@@ -31,6 +32,10 @@ from colortrack_ros.detection.survivors import Survivors
 CUT, UNKNOWN = 255, 0
 """Entry of a cell whose colors may have different labels; entry of a color not yet computed. The
 others are labels plus 1: pages of zeros are free until they are written."""
+
+FEW_CELLS = 32
+"""Most new cells in one picture of which all colors are labeled, in 1.5 ms; of more, as in the
+first picture, and whenever a color has changed, those that occur, a thirtieth of them. Chosen."""
 
 STRIP, LONG_STRIP = 1 << 18, 1 << 20
 """Pixels per strip with one thread and with several: `benchmark/detection.py` measures the time."""
@@ -81,59 +86,84 @@ class ColorTable:
         # Without the 16-bit table, NumPy does the lookup, which does not release the GIL.
         self._threads = threads if HAS_16_BIT_LUT else 1
         self._map = ThreadPoolExecutor(threads).map if self._threads > 1 else map
+        self._colors: tuple[ReferenceColor, ...] = ()
+        self._may, self._whole = np.zeros((2, len(colors), CELLS), bool)
+        self._cells = np.zeros(CELLS, np.uint8)
+        self._exact, self._is_known = np.zeros(1 << 24, np.uint8), np.zeros(CELLS, bool)
+        self.overlaps, self._survivors = False, Survivors(False, HAS_16_BIT_LUT)
+        self.take(colors)
+
+    def take(self, colors: tuple[ReferenceColor, ...]) -> None:
+        """Replace the colors by as many; what those that change do not touch stays known."""
+        changed = [k for k, new in enumerate(colors) if (new,) != self._colors[k : k + 1]]
+        self._colors = colors
         self._samples = [np.array([color.lab, *color.samples]) for color in colors]
         self._others = [np.array(color.others).reshape(-1, 3) for color in colors]
         self._tolerance = np.array([color.tolerance for color in colors])
-        self._inverted = [color.inverted for color in colors]
+        self._inverted = np.array([color.inverted for color in colors])
         self._stretch = self._tolerance[:, None] / [color.axes for color in colors]
-        self._cells, touched = self._label_cells()
-        self.overlaps = bool((touched[np.logical_not(self._inverted)].sum(axis=0) > 1).any())
-        self.touched: NDArray[np.bool_] = np.logical_or.reduce(touched)
-        self._column_filter = None if HAS_16_BIT_LUT else ColumnFilter(touched)
-        self._survivors = Survivors(self.overlaps, HAS_16_BIT_LUT)
-        self._exact = np.zeros(1 << 24, np.uint8)
+        before = self._may[changed]
+        for k in changed:
+            self._may[k], self._whole[k] = self._reach_of(k)
+        self._label_cells((before | self._may[changed]).any(axis=0).nonzero()[0])
+        overlaps = bool((self._may[~self._inverted].sum(axis=0, dtype=np.uint8) > 1).any())
+        if overlaps != self.overlaps:
+            self.overlaps, self._survivors = overlaps, Survivors(overlaps, HAS_16_BIT_LUT)
+        self.touched = np.logical_or.reduce(self._may)
+        self._column_filter = None if HAS_16_BIT_LUT else ColumnFilter(self._may)
         self._gray = self.label_colors(np.repeat(np.arange(256)[:, None], 3, axis=1))
         self.holds_gray = bool(self._gray.any())
 
-    def _label_cells(self) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-        """(65536,) label of each cell, CUT if its colors must be looked up one by one.
-
-        Also (colors, 65536), which cells contain any part of a color.
-        """
+    def _reach_of(self, k: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """(65536,) each: which cells contain any part of a color, and which of nothing else."""
         center, radius = cell_bounds()
-        cells = np.zeros(1 << 16, np.uint8)
-        may = np.zeros((len(self._samples), len(cells)), bool)
-        for k, tolerance in enumerate(self._tolerance):
-            nearest, farthest = distance_bounds(center, radius, self._samples[k], self._stretch[k])
-            near_other, far_other = distance_bounds(
-                center, radius, self._others[k], self._stretch[k]
-            )
-            touched = (nearest < tolerance**2) & (nearest < far_other)
-            whole = (farthest < tolerance**2) & (farthest < near_other)
-            if self._inverted[k]:
-                touched, whole = ~whole, ~touched
-            may[k] = touched
-            cells[touched] = np.where((whole & (cells == 0))[touched], k + 1, CUT)
-        return cells, may
+        samples, others, stretch = self._samples[k], self._others[k], self._stretch[k]
+        squared, reach = self._tolerance[k] ** 2, (radius.T + self._tolerance[k] / stretch).T
+        low, high = samples.min(axis=0)[:, None], samples.max(axis=0)[:, None]
+        (near,) = ((center + reach > low) & (center - reach < high)).all(axis=0).nonzero()
+        bounds = center[:, near], radius[:, near]
+        nearest, farthest = distance_bounds(*bounds, samples, stretch)
+        near_other, far_other = distance_bounds(*bounds, others, stretch)
+        touched, whole = np.zeros((2, CELLS), bool)
+        touched[near] = (nearest < squared) & (nearest < far_other)
+        whole[near] = (farthest < squared) & (farthest < near_other)
+        return (~whole, ~touched) if self._inverted[k] else (touched, whole)
 
-    def label_colors(self, rgb: NDArray[np.integer]) -> NDArray[np.uint8]:
+    def _label_cells(self, cells: NDArray[np.intp]) -> None:
+        """Label some cells, CUT if their colors must be looked up one by one, and forget those."""
+        labels = np.zeros(len(cells), np.uint8)
+        for k in range(len(self._colors)):
+            touched, whole = self._may[k, cells], self._whole[k, cells]
+            labels[touched] = np.where((whole & (labels == 0))[touched], k + 1, CUT)
+        self._cells[cells] = labels
+        known = cells[self._is_known[cells]]
+        self._exact[colors_in(known)] = UNKNOWN
+        self._is_known[known] = False
+
+    def label_colors(
+        self, rgb: NDArray[np.integer], may: NDArray[np.bool_] | None = None
+    ) -> NDArray[np.uint8]:
         """Label colors by the definition, one by one in double precision.
 
         :param rgb: (N, 3) red, green, blue.
+        :param may: (colors, M) whether any of M equal parts of these may be of each; None: all.
         :returns: (N,) labels.
         """
-        lab = lab_from_rgb(rgb)
-        labels = np.zeros(len(rgb), np.uint8)
-        smallest = np.full(len(rgb), np.inf)
+        may = np.ones((len(self._colors), 1), bool) if may is None else may
+        parts = may.shape[1], len(rgb) // may.shape[1]
+        lab = lab_from_rgb(rgb).reshape(*parts, 3)
+        labels, smallest = np.zeros(parts, np.uint8), np.full(parts, np.inf)
         for k, tolerance in enumerate(self._tolerance):
-            squared = self._squared(k, lab)
+            (near,) = may[k].nonzero()
+            squared = self._squared(k, lab[near].reshape(-1, 3)).reshape(-1, parts[1])
+            label, least = labels[near], smallest[near]
             if self._inverted[k]:
-                labels[(squared >= tolerance**2) & (labels == 0)] = k + 1
-                continue
-            nearer = (squared < tolerance**2) & (squared < smallest)
-            labels[nearer] = k + 1
-            smallest[nearer] = squared[nearer]
-        return labels
+                label[(squared >= tolerance**2) & (label == 0)] = k + 1
+            else:
+                nearer = (squared < tolerance**2) & (squared < least)
+                label[nearer], least[nearer] = k + 1, squared[nearer]
+            labels[near], smallest[near] = label, least
+        return labels.reshape(-1)
 
     def closeness(self, rgb: NDArray[np.uint8], labels: NDArray[np.uint8]) -> NDArray[np.float64]:
         """1 - D / tolerance to the color of the label; 0 out of tolerance.
@@ -244,19 +274,23 @@ class ColorTable:
         labels = self._exact.take(color)
         unknown = color[labels == UNKNOWN]
         if unknown.size:
-            self._compute_cells(unknown)
+            self._compute(unknown)
             labels = self._exact.take(color)
         return labels - 1
 
-    def _compute_cells(self, colors: NDArray[np.int32]) -> None:
-        """Label and cache all colors of the cells that contain the given colors.
+    def _compute(self, colors: NDArray[np.int32]) -> None:
+        """Label and cache colors and, if they are in few cells, all the others in these.
 
         :param colors: (N,) red << 16 | green << 8 | blue.
         """
-        cells = np.unique(colors >> 8 & 0xF800 | colors >> 5 & 0x07E0 | colors >> 3 & 0x001F)
-        rgb = (corner_of(cells)[:, None] + IN_CELL).reshape(-1, 3)
-        labels = self.label_colors(rgb)
-        self._exact[rgb @ [1 << 16, 1 << 8, 1]] = labels + 1
-        labels = labels.reshape(len(cells), -1)
-        whole = (labels == labels[:, :1]).all(axis=1)
-        self._cells[cells[whole]] = labels[whole, 0]
+        cells = np.flatnonzero(np.bincount(cell_of(colors), minlength=CELLS))
+        is_few = len(cells) <= FEW_CELLS
+        part = colors_in(cells) if is_few else np.unique(colors)[:, None]
+        cells = cells if is_few else cell_of(part[:, 0])
+        rgb = np.stack([part >> 16, part >> 8 & 255, part & 255], axis=-1).reshape(-1, 3)
+        labels = self.label_colors(rgb, self._may[:, cells]).reshape(part.shape)
+        self._exact[part] = labels + 1
+        self._is_known[cells] = True
+        if is_few:
+            whole = (labels == labels[:, :1]).all(axis=1)
+            self._cells[cells[whole]] = labels[whole, 0]

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 from hypothesis import assume
 from hypothesis import given
 from hypothesis import settings
@@ -104,3 +106,58 @@ def test_threads_and_strips_do_not_change_the_result(height, has_lut, monkeypatc
     for threads in (1, 2, 3):
         labels = ColorTable(colors, threads).label(image, 'bgr8').pixels
         np.testing.assert_array_equal(labels, expected)
+
+
+BALLS = ((205, 58, 34), (40, 160, 60), (40, 70, 200), (220, 200, 40))
+
+
+def spread(seed, reach=12.0):
+    """Colors that differ in each draw, by as much as light and noise make them."""
+    shift = np.random.default_rng(seed).normal(0, 3, (len(BALLS), 3))
+    colors = (ReferenceColor.from_rgb(f'{k}', rgb, reach) for k, rgb in enumerate(BALLS))
+    return tuple(
+        replace(color, lab=tuple(np.add(color.lab, by).tolist()), inverted=color.name == '3')
+        for color, by in zip(colors, shift, strict=True)
+    )
+
+
+def of_all_hues(seed):
+    """Pixels around all colors of the balls, as noise spreads them, rgb8."""
+    random = np.random.default_rng(seed)
+    around = np.array(BALLS)[random.integers(0, len(BALLS), (60, 70))]
+    return (around + random.normal(0, 15, around.shape)).clip(0, 255).astype(np.uint8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('few', [0, 1 << 16])
+def test_a_table_that_takes_other_colors_labels_as_a_new_one(few, monkeypatch):
+    monkeypatch.setattr(color_table, 'FEW_CELLS', few)
+    image, colors = of_all_hues(0), spread(0)
+    table = ColorTable(colors)
+    for k in range(12):
+        changed = spread(k, reach=6.0 + 4 * (k % 4))
+        colors = tuple(changed[j] if j % (1 + k % 3) == 0 else colors[j] for j in range(4))
+        table.take(colors)
+        new = ColorTable(colors)
+        labels = table.label(image, 'rgb8').pixels
+        np.testing.assert_array_equal(labels, new.label(image, 'rgb8').pixels)
+        assert (table.overlaps, table.holds_gray) == (new.overlaps, new.holds_gray)
+        np.testing.assert_array_equal(table.touched, new.touched)
+
+
+def test_when_one_color_changes_only_what_it_touches_is_labeled_anew(monkeypatch):
+    """All colors of all cells at a surface were: 200 ms with eight colors, four times a second."""
+    image, labeled = of_all_hues(0), []
+    whole = color_table.lab_from_rgb
+    monkeypatch.setattr(
+        color_table, 'lab_from_rgb', lambda rgb: (labeled.append(len(rgb)), whole(rgb))[1]
+    )
+    colors = tuple(replace(color, inverted=False) for color in spread(0))
+    table = ColorTable(colors)
+    table.label(image, 'rgb8')
+    first = sum(labeled)
+    labeled.clear()
+    table.take((replace(colors[0], lab=tuple(np.add(colors[0].lab, 2.0).tolist())), *colors[1:]))
+    table.label(image, 'rgb8')
+    assert first - 256 <= image.size // 3, 'no color that is not in the picture'
+    assert 0 < sum(labeled) - 256 < first / 3

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +15,8 @@ from colortrack_ros.detection.blobs import connect
 from colortrack_ros.detection.blobs import find_runs
 from colortrack_ros.detection.blobs import sample_pixels
 from colortrack_ros.detection.chroma_filter import ChromaFilter
-from colortrack_ros.detection.color_table import ColorTable
 from colortrack_ros.detection.finder import ColorFinder
+from colortrack_ros.detection.kept_table import KeptTable
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.light import ColorFollower
@@ -152,19 +151,21 @@ class ColorDistance(Method):
         self._finder = ColorFinder(config.colors)
         is_sought = any(color.is_sought for color in config.colors)
         self._smoothing = Smoothing(config.smoothing or int(not is_sought))
+        is_fixed = not (is_sought or config.follow_light)
+        self._tables = [KeptTable(is_fixed, config.threads) for _ in ('tight', 'loose')]
         self._take(config.colors)
 
     def _take(self, colors: tuple[ReferenceColor, ...]) -> None:
-        """Build the color tables."""
+        """Build the color tables, or renew them if there are any."""
         config = self._config
         self._given = colors
         self.is_found = np.array([False, *(color.is_sought for color in colors)])
         colors = self._finder.resolve(colors)
-        self._table = _table_of(colors, config.threads)
+        self._table = self._tables[0].of(colors)
         self.needs_color = not (self.is_found.any() or self._table.holds_gray)
         self._chroma_filter: ChromaFilter | None = None
         if config.grow > 1:
-            self._loose = _table_of(tuple(_grown(c, config.grow) for c in colors), config.threads)
+            self._loose = self._tables[1].of(tuple(_grown(c, config.grow) for c in colors))
 
     @property
     def trouble(self) -> str:
@@ -282,12 +283,6 @@ class ColorDistance(Method):
         self._follower = ColorFollower(self._config.colors, self._config.follow_light)
         self._finder = ColorFinder(self._config.colors)
         self._take(self._config.colors)
-
-
-@lru_cache(maxsize=4)
-def _table_of(colors: tuple[ReferenceColor, ...], threads: int) -> ColorTable:
-    """Cached tables: a configuration with the same colors applies without delay."""
-    return ColorTable(colors, threads)
 
 
 def _grown(color: ReferenceColor, factor: float) -> ReferenceColor:
