@@ -51,7 +51,8 @@ class ColorFinder:
         }
         self._keep_apart()
         self._pool = np.zeros(0)
-        self._looked = 0
+        self._share, self._looked, self._last = 0.0, 0, 0
+        self._waiting, self._is_update = list[int](), False
         self._first: int | None = None
         self._fills: set[int] = set()
         self._nearest: dict[int, tuple[tuple[int, int, int], str]] = {}
@@ -106,41 +107,67 @@ class ColorFinder:
         return min(chroma, default=0.0)
 
     def look(self, frame: Frame) -> bool:
-        """Update the colors from a picture, if an update is due.
+        """Update the colors whose turn it is from a picture.
 
         :returns: whether any color has changed.
         """
         stamp = frame.stamp
+        since = (stamp - self._last) / NANOSECONDS if self._pool.size else -1.0
         elapsed = (stamp - self._looked) / NANOSECONDS
+        self._last = stamp
         due = not (self._pool.size and 0 <= elapsed < LOOK_SECONDS)
-        missing = self._missing
-        if not self._sought or not (due or missing):
+        if not self._sought or not (due or self._waiting or self._missing):
             return False
         frame = plain(frame)
         cells, now = sample_colors(frame.image, frame.encoding)
         before = self._state()
-        present, share = list[int](), 0.0
         if due:
-            share = self._pool_colors(now, elapsed, self._light.change(frame))
+            self._share = self._pool_colors(now, elapsed, self._light.change(frame))
             self._looked = stamp
             self._first = stamp if self._first is None else self._first
-            present = self._renew(cells, now, stamp)
-        present += self._seek(missing, cells, now, stamp, due)
-        has_left = False
-        for k, sought in self._sought.items():
-            has_left |= sought.extend(cells, now, share, stamp, k in present, due)
+        turn = self._take_turns(due, since)
+        present = self._renew(turn, cells, now, stamp) + self._seek(turn, cells, now, stamp)
+        has_left, is_due = False, self._is_update
+        for k in sorted({*turn, *present}):
+            sought, is_there = self._sought[k], k in present
+            has_left |= sought.extend(cells, now, self._share, stamp, is_there, is_due)
         if is_other := before != self._state():
             self._keep_apart()  # of a name, another color may be shown
         return has_left or is_other
 
-    def _renew(self, cells: NDArray[np.uint16], now: NDArray[np.float64], stamp: int) -> list[int]:
-        """Update the colors that have been found; return which are there.
+    def _take_turns(self, due: bool, since: float) -> list[int]:
+        """The colors to update or to look for in a picture: all of them within LOOK_SECONDS.
+
+        No picture takes much longer than others, then. In the first one, all colors are looked for.
+
+        :param due: whether an update of all begins; those that still wait come first.
+        :param since: time since the picture before [s]; negative if there is none.
+        """
+        if due:
+            self._waiting = list(dict.fromkeys([*self._waiting, *self._sought]))
+            self._is_update = True
+        elif not self._waiting:
+            self._waiting, self._is_update = self._missing, False
+        count = max(1, round(len(self._sought) * since / LOOK_SECONDS))
+        count = count if since >= 0 else len(self._sought)
+        turn, self._waiting = self._waiting[:count], self._waiting[count:]
+        return turn
+
+    def _renew(
+        self, turn: list[int], cells: NDArray[np.uint16], now: NDArray[np.float64], stamp: int
+    ) -> list[int]:
+        """Update the colors of a turn that have been found; return which are there.
 
         A thing to which two names may go over is of the one that fits it best, as in _seek().
         """
         present, has_gone = list[int](), False
-        found = [k for k, sought in self._sought.items() if sought.found]
+        found = [k for k in turn if self._sought[k].found]
         misfit = {k: self._sought[k].outshone(cells, now, stamp) for k in found}
+        if np.isfinite(list(misfit.values())).any():
+            found = [k for k, sought in self._sought.items() if sought.found]
+            misfit |= {
+                k: self._sought[k].outshone(cells, now, stamp) for k in found if k not in misfit
+            }
         for k in sorted(found, key=misfit.__getitem__):
             sought = self._sought[k]
             if has_gone:
@@ -154,19 +181,20 @@ class ColorFinder:
         return present
 
     def _seek(
-        self,
-        missing: list[int],
-        cells: NDArray[np.uint16],
-        now: NDArray[np.float64],
-        stamp: int,
-        is_due: bool,
+        self, turn: list[int], cells: NDArray[np.uint16], now: NDArray[np.float64], stamp: int
     ) -> list[int]:
-        """Look for colors that have not been found yet; return which are there.
+        """Look for colors of a turn that have not been found yet; return which are there.
 
         A thing that has two names, or a name and a color that was picked, is of what fits it best.
         """
-        found = list[int]()
+        found, is_due = list[int](), self._is_update
+        missing = [k for k in turn if self._sought[k].found is None]
         misfit = {k: self._sought[k].read(cells, now, is_due) for k in missing}
+        if any(0 < value < np.inf for value in misfit.values()):
+            missing = self._missing
+            misfit |= {
+                k: self._sought[k].read(cells, now, is_due) for k in missing if k not in misfit
+            }
         for k in sorted(missing, key=misfit.__getitem__):
             sought = self._sought[k]
             if found:
