@@ -72,6 +72,11 @@ def cell_bounds() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return np.ascontiguousarray(center.T), np.ascontiguousarray(radius.T) + _MARGIN
 
 
+def lab_of_cells(cells: NDArray[np.intp]) -> NDArray[np.float64]:
+    """(N, 3) CIELAB of the middles of cells, in columns: NumPy is five times as fast with them."""
+    return cell_bounds()[0].take(cells, axis=1).T
+
+
 def distance_bounds(
     center: NDArray[np.float64],
     radius: NDArray[np.float64],

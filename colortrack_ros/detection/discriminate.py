@@ -16,8 +16,8 @@ from scipy.ndimage import gaussian_filter
 from scipy.sparse import csr_array
 from scipy.spatial.distance import cdist
 
-from colortrack_ros.detection.cells import cell_bounds
 from colortrack_ros.detection.cells import CELLS
+from colortrack_ros.detection.cells import lab_of_cells
 from colortrack_ros.detection.color_table import look_up
 from colortrack_ros.detection.extent import DEEPER
 from colortrack_ros.detection.extent import LARGEST_SHARE
@@ -127,7 +127,7 @@ def _shares(cells: NDArray[np.uint16]) -> NDArray[np.float64]:
 
 def _density(shares: NDArray[np.float64]) -> NDArray[np.float64]:
     """(65536,) smoothed density of pixels in CIELAB at each cell."""
-    bins = np.rint((cell_bounds()[0].T - LEAST_LAB) / LAB_BIN).astype(int)
+    bins = np.rint((lab_of_cells(np.arange(CELLS)) - LEAST_LAB) / LAB_BIN).astype(int)
     (filled,) = shares.nonzero()
     low = bins[filled].min(axis=0) - SMOOTHING_REACH
     size = bins[filled].max(axis=0) + SMOOTHING_REACH + 1 - low
@@ -144,7 +144,7 @@ def _density(shares: NDArray[np.float64]) -> NDArray[np.float64]:
 def _shades_of(shares: NDArray[np.float64], share: float) -> Shades:
     """(N, 3) shades that stand for most of the pixels, the most frequent first."""
     (filled,) = shares.nonzero()
-    color, weight = cell_bounds()[0].T[filled], shares[filled]
+    color, weight = lab_of_cells(filled), shares[filled]
     cube = np.unique(np.floor(color / LAB_BIN), axis=0, return_inverse=True)[1].reshape(-1)
     weights = np.bincount(cube, weight)
     sums = np.stack([np.bincount(cube, weight * axis) for axis in color.T], axis=1)
@@ -200,7 +200,7 @@ class Discrimination:
         :param counts: (65536,) of :func:`count_colors`.
         """
         (filled,) = counts.nonzero()
-        color, number = cell_bounds()[0].T[filled], counts[filled]
+        color, number = lab_of_cells(filled), counts[filled]
         away = nearest_sample(color, self.samples, SHAPE_OF_SHADES)
         mine = away < nearest_sample(color, self.others, SHAPE_OF_SHADES)
         growth, count, larger = growth_of(number[mine], away[mine])
@@ -224,7 +224,7 @@ class Discrimination:
 def _distance_within(shares: NDArray[np.float64], shades: Shades, share: float) -> float:
     """The distance from the nearest shade within which a share of the pixels is."""
     (filled,) = shares.nonzero()
-    away = nearest_sample(cell_bounds()[0].T[filled], shades, SHAPE_OF_SHADES)
+    away = nearest_sample(lab_of_cells(filled), shades, SHAPE_OF_SHADES)
     order = np.argsort(away)
     behind = np.cumsum(shares[filled][order])
     return float(away[order][np.searchsorted(behind, share * behind[-1])])
@@ -293,7 +293,7 @@ def _divided(
     theirs = np.where(are_theirs, their_shares, 0.0).sum(axis=0)
     others = _shades_of(theirs, 1.0) if theirs.any() else np.empty((0, 3))
     (filled,) = (shares.any(axis=0)).nonzero()
-    color, included = cell_bounds()[0].T[filled], np.zeros(CELLS, bool)
+    color, included = lab_of_cells(filled), np.zeros(CELLS, bool)
     away = nearest_sample(color, samples, SHAPE_OF_SHADES)
     included[filled] = away < nearest_sample(color, others, SHAPE_OF_SHADES)
     return Discrimination(samples, others, np.where(included, own, 0.0)), included

@@ -12,9 +12,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.detection.cells import cell_bounds
 from colortrack_ros.detection.cells import CELLS
 from colortrack_ros.detection.cells import cells_of
+from colortrack_ros.detection.cells import lab_of_cells
 from colortrack_ros.detection.growth import FEWEST_PIXELS
 from colortrack_ros.detection.growth import growth_of
 from colortrack_ros.detection.growth import MOST_GROWTH
@@ -105,14 +105,14 @@ def count_colors(picture: NDArray[np.uint8], encoding: str) -> NDArray[np.float6
 def pixels_near(counts: NDArray[np.float64], lab: Triple) -> float:
     """Number of pixels near a color."""
     (filled,) = counts.nonzero()
-    distance = (cell_bounds()[0].T[filled] - lab) / SHAPE
+    distance = (lab_of_cells(filled) - lab) / SHAPE
     return float(counts[filled[(distance**2).sum(axis=1) < NEAR**2]].sum())
 
 
 def nearest_color(counts: NDArray[np.float64], lab: Triple) -> tuple[int, int, int]:
     """The frequent color, r, g, b, that is nearest to a given one."""
     (many,) = (counts >= min(FEWEST_PIXELS, counts.max())).nonzero()
-    color = cell_bounds()[0].T[many]
+    color = lab_of_cells(many)
     red, green, blue = rgb_from_lab(color[nearest_sample(color, (lab,), SHAPE).argmin()]).tolist()
     return red, green, blue
 
@@ -120,7 +120,7 @@ def nearest_color(counts: NDArray[np.float64], lab: Triple) -> tuple[int, int, i
 def measure(counts: NDArray[np.float64], extent: Extent) -> Extent:
     """An extent with the mean, the growth, and the number of the pixels inside it in a picture."""
     (filled,) = counts.nonzero()
-    number, color = counts[filled], cell_bounds()[0].T[filled]
+    number, color = counts[filled], lab_of_cells(filled)
     squared = (((color - extent.lab) / extent.axes) ** 2).sum(axis=1)
     reach = 2 * SLOPE_STEPS * SIZE_STEP  # from the smaller to the larger size, in ln t
     inner, inside, outer = (squared < size for size in np.exp([-reach, 0, reach]))
@@ -159,7 +159,7 @@ def find_extent(
         return None
     most = largest_share * counts.sum()
     (filled,) = (counts > 0).nonzero()
-    number, color = counts[filled], cell_bounds()[0].T[filled]
+    number, color = counts[filled], lab_of_cells(filled)
     if samples or others:
         away = nearest_sample(color, (lab, *samples), SHAPE)
         mine, alike = away < nearest_sample(color, others, SHAPE), np.full(len(SIZES), most)

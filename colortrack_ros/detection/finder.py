@@ -197,7 +197,7 @@ class ColorFinder:
             }
         for k in sorted(missing, key=misfit.__getitem__):
             sought = self._sought[k]
-            if found:
+            if found and sought.is_crossed():
                 sought.read(cells, now, is_due)
             if sought.seek(now, stamp):
                 found.append(k)

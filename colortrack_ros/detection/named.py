@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.detection.cells import cell_bounds
+from colortrack_ros.detection.cells import lab_of_cells
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import pixels_near
 from colortrack_ros.detection.extent import SHAPE
@@ -157,18 +157,25 @@ def candidates(
     :param reach: as for :func:`choose`.
     """
     (filled,) = counts.nonzero()
-    color, number = cell_bounds()[0].T[filled], counts[filled]
+    color, number = lab_of_cells(filled), counts[filled]
     for weigh in (_typical, _of_its_hues)[:reach]:
         weight, misfit = weigh(color, preset)
         is_one = weight > 0
-        for other in taken:
-            if not other.inverted and is_one.any():
-                colors, axes = (other.lab, *other.samples), np.array(other.axes) + NEAR * SHAPE
-                is_one[is_one] = nearest_sample(color[is_one], colors, axes) >= 1
+        is_one[is_one] = are_free(color[is_one], taken)
         of_name = number[is_one], color[is_one], weight[is_one]
         for k in _most_of(*of_name):
             L, a, b = of_name[1][k].tolist()
             yield (L, a, b), float(misfit[is_one][k])
+
+
+def are_free(color: NDArray[np.float64], taken: Sequence[ReferenceColor]) -> NDArray[np.bool_]:
+    """(N,) whether colors, (N, 3), are none of others, nor near them; as for candidates()."""
+    free = np.ones(len(color), bool)
+    for other in taken:
+        if not other.inverted and free.any():
+            colors, axes = (other.lab, *other.samples), np.array(other.axes) + NEAR * SHAPE
+            free[free] = nearest_sample(color[free], colors, axes) >= 1
+    return free
 
 
 def _most_of(
@@ -181,7 +188,7 @@ def _most_of(
     if number.sum() < FEWEST_PIXELS:
         return []
     best = np.argsort(-number * weight)[:MOST_CANDIDATES]
-    away = np.linalg.norm((color[best, None] - color) / SHAPE, axis=2)
+    away = np.sqrt(sum(((c[best, None] - c) / s) ** 2 for c, s in zip(color.T, SHAPE, strict=True)))
     near = (away < NEAR) @ number
     worth = np.where(near < FEWEST_PIXELS, 0, near * weight[best])
     most = list[int]()
@@ -199,7 +206,7 @@ def _typical(color: NDArray[np.float64], preset: str) -> tuple[NDArray[np.float6
     """
     typical, axes = PRESETS[preset]
     if preset in HUES and preset not in OF_OTHERS:
-        color = color.copy()
+        color = np.array(color)
         most = np.hypot(*typical[1:])
         color[:, 1:] *= most / np.maximum(most, np.hypot(*color[:, 1:].T))[:, None]
     misfit = nearest_sample(color, (typical,), np.array(axes))

@@ -1,5 +1,6 @@
 """One color given by its name: which color it is in the pictures, from look to look."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -7,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import measure
 from colortrack_ros.detection.extent import pixels_near
 from colortrack_ros.detection.growth import nearest_sample
 from colortrack_ros.detection.lab import Triple
 from colortrack_ros.detection.named import ALL_OF_ITS_HUES
+from colortrack_ros.detection.named import are_free
 from colortrack_ros.detection.named import assess
 from colortrack_ros.detection.named import candidates
 from colortrack_ros.detection.named import Choice
@@ -64,6 +67,13 @@ class NamedColor(SoughtColor):
         """See :meth:`SoughtColor.is_in`."""
         return self._choice is not None
 
+    def is_crossed(self) -> bool:
+        """See :meth:`SoughtColor.is_crossed`: whether it is another's by now, or includes one."""
+        if (choice := self._choice) is None:
+            return False
+        is_free = are_free(np.array([choice.lab]), self.taken)[0]
+        return not is_free or (choice.extent is not None and _includes(choice.extent, self.apart))
+
     def outshone(self, cells: NDArray[np.uint16], now: NDArray[np.float64], stamp: int) -> float:
         """Choose another color of its name if that is more likely to be what is meant.
 
@@ -114,3 +124,8 @@ class NamedColor(SoughtColor):
         whole = self._shades.whole(self.found)
         colors = whole.lab, *(self._shades.shades or ())
         return bool(nearest_sample(np.array([lab]), colors, np.array(whole.axes)) < 1)
+
+
+def _includes(extent: Extent, colors: Sequence[Triple]) -> bool:
+    """Whether an extent includes any of some colors."""
+    return bool(nearest_sample(np.array([extent.lab]), colors, np.array(extent.axes))[0] < 1)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import NANOSECONDS
-from colortrack_ros.detection.cells import cell_bounds
+from colortrack_ros.detection.cells import lab_of_cells
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.growth import nearest_sample
 from colortrack_ros.detection.growth import SIZE_STEP
@@ -146,7 +146,7 @@ class ShadeFollower:
         if self.shades and _pixels(counts, self.whole(extent), self.shades) > most:
             self.shades = ()
         (filled,) = counts.nonzero()
-        away = nearest_sample(cell_bounds()[0].T[filled], (extent.lab,), np.array(extent.axes))
+        away = nearest_sample(lab_of_cells(filled), (extent.lab,), np.array(extent.axes))
         while self._reach and self._reach > 1 and counts[filled[away < self._reach]].sum() > most:
             self._reach = max(1.0, self._reach / LESS_REACH)
         return before != (self._reach, self.shades)
@@ -171,6 +171,6 @@ def _lit(shades: tuple[Triple, ...], gains: NDArray[np.float64]) -> tuple[Triple
 def _pixels(counts: NDArray[np.float64], whole: Extent, shades: tuple[Triple, ...]) -> float:
     """Number of pixels of a color and its shades in a picture."""
     (filled,) = counts.nonzero()
-    color = cell_bounds()[0].T[filled]
+    color = lab_of_cells(filled)
     inside = nearest_sample(color, (whole.lab, *shades), np.array(whole.axes)) < 1
     return float(counts[filled] @ inside)

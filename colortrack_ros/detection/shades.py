@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.detection.cells import cell_bounds
 from colortrack_ros.detection.cells import CELLS
+from colortrack_ros.detection.cells import lab_of_cells
 from colortrack_ros.detection.color_table import look_up
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import LARGEST_SHARE
@@ -70,7 +70,7 @@ def reach_of(
     :param apart: colors that other objects have, which are left outside.
     """
     (filled,) = counts.nonzero()
-    away = (cell_bounds()[0].T[filled] - extent.lab) / extent.axes
+    away = (lab_of_cells(filled) - extent.lab) / extent.axes
     distance = np.sqrt((away**2).sum(axis=1))
     beside = _beside(cells, filled[distance < 1])
     if beside is None:
@@ -135,7 +135,7 @@ def shades_beyond(
     :param apart: colors that other objects have, which are left outside.
     """
     (filled,) = counts.nonzero()
-    color, number = cell_bounds()[0].T[filled], counts[filled] * (cells.size / counts.sum())
+    color, number = lab_of_cells(filled), counts[filled] * (cells.size / counts.sum())
     center, axes = np.array(extent.lab), np.array(extent.axes)
     mine = core = _within(color, center, axes)
     found = list[Triple]()

@@ -105,6 +105,10 @@ class SoughtColor:
         """Whether a picture that was read shows it, however much of it there is."""
         return pixels_near(counts, self.color.lab) >= FEWEST_PIXELS
 
+    def is_crossed(self) -> bool:
+        """Whether others have come between this color and what read() has chosen: never."""
+        return False
+
     def outshone(self, cells: NDArray[np.uint16], now: NDArray[np.float64], stamp: int) -> float:
         """How far what is likelier to be meant is from that: infinite, as this is what is given.
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.detection.cells import cell_bounds
 from colortrack_ros.detection.cells import CELLS
+from colortrack_ros.detection.cells import lab_of_cells
 from colortrack_ros.detection.color_table import look_up
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import find_extent
@@ -142,7 +143,7 @@ def label_extent(
 ) -> NDArray[np.uint8]:
     """(H, W) 0 outside an extent, 1 inside, and 2 for the color itself."""
     (filled,) = counts.nonzero()
-    color = cell_bounds()[0].T[filled]
+    color = lab_of_cells(filled)
     kind = np.zeros(CELLS, np.uint8)
     kind[filled[nearest_sample(color, (extent.lab,), np.array(extent.axes)) < 1]] = 1
     kind[filled[nearest_sample(color, (lab,), SHAPE) < NEAR]] *= 2

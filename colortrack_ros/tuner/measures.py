@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Frame
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection.blobs import find_blobs
-from colortrack_ros.detection.cells import cell_bounds
+from colortrack_ros.detection.cells import lab_of_cells
 from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.lab import rgb_from_lab
@@ -67,15 +67,15 @@ def plane_of(frame: Frame, config: DetectorConfig) -> dict[str, Any]:
     frame = plain(frame)
     sample, counts = sample_colors(frame.image, frame.encoding)
     (filled,) = counts.nonzero()
-    lab_of_cells, number = cell_bounds()[0].T[filled], counts[filled]
-    squares, square = np.unique(np.floor(lab_of_cells[:, 1:] / BIN), axis=0, return_inverse=True)
+    lab, number = lab_of_cells(filled), counts[filled]
+    squares, square = np.unique(np.floor(lab[:, 1:] / BIN), axis=0, return_inverse=True)
     square = square.reshape(-1)
     pixels = np.bincount(square, number)
-    mean = [np.bincount(square, number * lab_of_cells[:, axis]) / pixels for axis in range(3)]
+    mean = [np.bincount(square, number * lab[:, axis]) / pixels for axis in range(3)]
     rgb = rgb_from_lab(np.stack(mean, axis=1))
     middle = (squares + 0.5) * BIN
     colors = [
-        _place_of(color, apart_from(config.colors, k), sample, counts, lab_of_cells, number)
+        _place_of(color, apart_from(config.colors, k), sample, counts, lab, number)
         for k, color in enumerate(config.colors)
     ]
     return {'cells': np.column_stack([middle, pixels, rgb]).round(1).tolist(), 'colors': colors}

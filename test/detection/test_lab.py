@@ -3,6 +3,7 @@ import pytest
 from support import textbook
 
 from colortrack_ros.detection.cells import cell_bounds
+from colortrack_ros.detection.cells import lab_of_cells
 from colortrack_ros.detection.lab import lab_from_rgb
 
 
@@ -40,3 +41,11 @@ def test_every_color_of_a_cell_is_within_its_bounds():
     for _ in range(10):
         rgb = (low + random.integers(0, [8, 4, 8], low.shape)).astype(np.uint8)
         assert (np.abs(lab_from_rgb(rgb).T - center) <= radius).all()
+
+
+def test_colors_of_cells_come_in_columns():
+    """NumPy takes a fifth of the time for what is done with them, as in a look at the colors."""
+    cells = np.arange(7, 65536, 97)
+    lab = lab_of_cells(cells)
+    np.testing.assert_array_equal(lab, cell_bounds()[0].T[cells])
+    assert lab.flags.f_contiguous

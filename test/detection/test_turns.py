@@ -11,9 +11,16 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import named_color
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection import sought_color
 from colortrack_ros.detection.sought_color import SoughtColor
+
+SHOWN = (
+    (200, 40, 40), (230, 125, 35), (230, 200, 50), (50, 150, 60), (40, 180, 190), (30, 70, 170),
+    (190, 45, 150),
+)  # fmt: skip
+"""A ball of each of seven names."""
 
 
 def eight_balls():
@@ -83,3 +90,21 @@ def test_a_thing_that_comes_between_two_turns_is_of_the_name_that_fits_it_best(t
             image = wall if k < first else ball
             rows = detector.detect(Frame(image, stamp=k * NANOSECONDS // 30)).rows
         assert [names[color] for color in rows['color']] == ['red']
+
+
+@pytest.mark.slow
+def test_a_name_is_chosen_anew_only_where_another_has_come_between(monkeypatch):
+    """Each was for every one that was found: 28 times, up to six searches each, with seven."""
+    chosen, choose = [], named_color.choose
+
+    def counted(*given, **more):
+        chosen.append(given[2].name)
+        return choose(*given, **more)
+
+    monkeypatch.setattr(named_color, 'choose', counted)
+    names = ('red', 'orange', 'yellow', 'green', 'cyan', 'blue', 'magenta')
+    colors = tuple(ReferenceColor.from_preset(name, name) for name in names)
+    detector = Detector(DetectorConfig(colors=colors))
+    detector.detect(Frame(wheel(SHOWN, 0.6)[0]))
+    assert set(chosen) == set(names)
+    assert len(chosen) <= len(names) + 3
