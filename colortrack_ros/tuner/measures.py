@@ -75,15 +75,14 @@ def plane_of(frame: Frame, config: DetectorConfig) -> dict[str, Any]:
     rgb = rgb_from_lab(np.stack(mean, axis=1))
     middle = (squares + 0.5) * BIN
     colors = [
-        _place_of(color, apart_from(config.colors, k), sample, counts, lab, number)
-        for k, color in enumerate(config.colors)
+        _place_of(k, config.colors, sample, counts, lab, number) for k in range(len(config.colors))
     ]
     return {'cells': np.column_stack([middle, pixels, rgb]).round(1).tolist(), 'colors': colors}
 
 
 def _place_of(
-    color: ReferenceColor,
-    apart: list[Triple],
+    k: int,
+    given: Sequence[ReferenceColor],
     sample: NDArray[np.uint16],
     counts: NDArray[np.float64],
     cells: NDArray[np.float64],
@@ -91,13 +90,15 @@ def _place_of(
 ) -> dict[str, Any]:
     """A reference color, in a picture with a histogram over the cells of the color table.
 
-    :param apart: the other colors.
+    :param k, given: which of the given colors it is.
     :param sample: of the picture, see sample_colors().
     :param cells: (N, 3) CIELAB of those with pixels.
     :param number: (N,) of their pixels.
     """
+    color, apart = given[k], apart_from(given, k)
     if color.preset:
-        shown = choose(sample, counts, color, (), partial(find_extent, counts, apart=apart))
+        taken = [other for other in given if not other.is_sought]
+        shown = choose(sample, counts, color, taken, partial(find_extent, counts, apart=apart))
         color = replace(color, lab=shown.lab) if shown else color
     lab, axes = color.lab, color.axes if not color.is_sought else None
     if axes is None:
