@@ -6,6 +6,7 @@ from scipy import fft
 
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
+from colortrack_ros.windows.config import LEAST_SIDE
 from colortrack_ros.windows.correlation import Spectrum
 from colortrack_ros.windows.features import CELL
 from colortrack_ros.windows.features import cut
@@ -51,10 +52,6 @@ one level has more."""
 TAPER = np.hanning(COUNT + 2)[1:-1, None].astype(np.float32)
 """Weights of the sizes: those farthest from the present one count least."""
 
-LEAST_SCALE, GREATEST_SCALE = 0.2, 5.0
-"""Limits of the size, relative to the first one. Beyond them the target has been lost.
-Assumed: tighter ones stop a zoom, wider ones let a wrong size run on."""
-
 
 class ScaleFilter:
     """The size of one target.
@@ -98,12 +95,21 @@ class ScaleFilter:
         if step < 0 and gradients[COUNT // 2].max() < LEAST_GRADIENT:
             step = 0.0  # the outline of what has shrunk would be inside
         if abs(step) >= UNCHANGED:
-            self.scale = float(np.clip(self.scale * SCALE_STEP**step, LEAST_SCALE, GREATEST_SCALE))
+            self.set(frame, self.scale * SCALE_STEP**step)
         if abs(step) >= RESAMPLED:
             spectrum = _spectrum(self._gradients(frame, center))
         numerator, energy = self._lesson(spectrum)
         self._numerator += SCALE_RATE * (numerator - self._numerator)
         self._energy += SCALE_RATE * (energy - self._energy)
+
+    def set(self, frame: Frame, scale: float) -> None:
+        """Set the scale, within limits.
+
+        A target has at least the sides of a window that can be found, and is no larger than the
+        picture, unless its first box was.
+        """
+        least, most = LEAST_SIDE / self._size.min(), (frame.image.shape[1::-1] / self._size).min()
+        self.scale = float(np.clip(scale, min(least, 1.0), max(most, 1.0)))
 
     def _gradients(self, frame: Frame, center: Floats) -> Features:
         """Return the gradients of the patches of all sizes, (COUNT, n)."""
