@@ -166,6 +166,21 @@ def are_faint(
     return np.asarray(faint & ~(accepted & (matches.similarity > 0)))
 
 
+def record_scores(
+    records: Records, matches: Matches, sightings: dict[int, Sighting], accepted: Bools
+) -> None:
+    """Record how much what was found resembles each target, 0 to 1: by its template, or else by its
+    appearance.
+
+    :param accepted: (N,) which targets are measured.
+    """
+    score = np.clip(matches.similarity, 0.0, 1.0)
+    for i, seen in sightings.items():
+        if not score[i] > 0:
+            score[i] = records['appearance'][i].likeness(seen)
+    records['score'][accepted] = score[accepted]
+
+
 def learn(
     frame: Frame, records: Records, accepted: Bools, matches: Matches,
     sightings: dict[int, Sighting],

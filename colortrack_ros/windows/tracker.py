@@ -32,6 +32,7 @@ from colortrack_ros.windows.sighting import are_doubtful
 from colortrack_ros.windows.sighting import are_faint
 from colortrack_ros.windows.sighting import learn
 from colortrack_ros.windows.sighting import left_out
+from colortrack_ros.windows.sighting import record_scores
 from colortrack_ros.windows.sighting import sight
 from colortrack_ros.windows.starting import are_centered_in
 from colortrack_ros.windows.starting import are_followable
@@ -48,7 +49,7 @@ WINDOW_FIELDS = [
     ('similarity', 'f8'), ('mean_innovation', 'f8'), ('last', 'f8', (2, 2)),
     ('drift', 'f8', (2, 2)), ('bias', 'f8', (2, 2)), ('steps', 'f8', (STEPS, 2)),
     ('seen', 'f8', 2), ('looks', 'i8'), ('turns', 'i8'), ('unfound', 'i8'), ('followed', 'i8'),
-    ('faint', '?'), ('company', 'O'),
+    ('faint', '?'), ('company', 'O'), ('score', 'f8'),
 ]  # fmt: skip
 """Fields of a target in addition to those of every track.
 
@@ -60,7 +61,7 @@ the last match, or of the first box [px^2]; steps: the last velocities by matchi
 none; seen: (u, v) of the last match [px]; looks: frames without a match since the target was last
 seen for certain; turns: frames in which its size or its appearance was learned; unfound: since its
 template was last found; followed: when it was last seen, even if in doubt [ns]; faint: see
-are_faint; company: IDs of those at its place at first, 0: not yet known."""
+are_faint; company: IDs of those at its place at first, 0: not known; score: 1 at first."""
 
 
 class WindowTracker:
@@ -132,6 +133,7 @@ class WindowTracker:
         certain = accepted & ~are_doubtful(self._tracks.records, matches, sightings, overdue)
         faint = are_faint(self._tracks.records, matches, sightings, accepted)
         self._tracks.records['faint'] = faint
+        record_scores(self._tracks.records, matches, sightings, accepted)
         self._correct(matches, accepted, certain & ~faint, dt)
         if self._is_learning:
             learn(frame, self._tracks.records, certain, matches, sightings)
@@ -274,7 +276,7 @@ class WindowTracker:
         new = self._tracks.initiate(Motion.of_new(center, self.config), self._clock.now)
         new['mean_innovation'], new['steps'], new['area'] = np.inf, np.nan, box.prod(axis=1)
         new['last'], new['seen'], new['followed'] = center[:, None], center, self._clock.now
-        new['box_w'], new['box_h'] = box.T
+        new['score'], (new['box_w'], new['box_h']) = 1.0, box.T
         new['bias'] = bias_of_box(box, self.config.box_error)
         self._past.begin(frame, new['track_id'].tolist(), np.concatenate([center, box], axis=1))
         wanted = self.config.window or np.maximum(box, LEAST_SIDE)
@@ -291,7 +293,7 @@ class WindowTracker:
         self._tracks.update_states(now, 1)
         rows = self._tracks.rows(now, *self._tracks.filters.bank.estimate())
         rows['covariance'][:, :2, :2] += records['drift'] + records['bias']
-        rows['score'] = np.where(records['hits'] > 1, np.clip(records['similarity'], 0, 1), 1.0)
+        rows['score'] = records['score']
         rows['score'] *= self._tracks.freshness(now, self.config.max_time_since_update)
         place = np.stack([rows['u'], rows['v']], axis=1)
         return whole_rows(rows)[is_inside(place, *frame.image.shape[:2])].view(rows.dtype)
