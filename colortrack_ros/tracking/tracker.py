@@ -127,7 +127,7 @@ class Tracker:
         """
         if self._repeats.see(detections, self._clock, self._in_force.max_dt):
             return self._between(detections)
-        for part in by_kind(detections):
+        for part in by_kind(detections, self.config):
             speed = self._take(part)
         return self._published(self._tracks, detections, speed)
 

@@ -9,6 +9,7 @@ from support.silhouettes import points
 
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
 
 FRAMES, RATE, SIDE = 150, 30, 30.0
 START = np.array([[100.0, 100.0], [300.0, 150.0], [500.0, 380.0]])
@@ -104,3 +105,52 @@ def test_what_lies_on_another_and_is_much_smaller_or_of_another_color_has_a_trac
         other = points(z[1:2], stamp, color=1, size=(SIDE, SIDE))
         rows = tracker.update(replace(held, rows=np.concatenate([held.rows, other.rows]))).rows
     assert len(rows) == len(START) + 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('size', [(), (20.0, 20.0)])
+def test_a_detector_that_states_some_covariances_tracks_as_one_that_states_all(size):
+    rng, tracker, error = np.random.default_rng(0), Tracker(), []
+    side = {'size': size} if size else {}
+    for k in range(FRAMES):
+        z, stamp = way(k) + rng.normal(0, 1, START.shape), round(k / RATE * NANOSECONDS)
+        found = points(z, stamp, 1.0, **side)
+        for name in ('cov_uu', 'cov_vv'):
+            found.rows[name][k % 3] = 0
+        rows = tracker.update(found).rows
+        if k > 30:
+            error.append(np.stack([rows['u'], rows['v']], axis=1) - way(k))
+    assert rows['track_id'].tolist() == [1, 2, 3]
+    assert np.sqrt(np.square(error).mean()) < 1.0
+
+
+@pytest.mark.filterwarnings('ignore:refused')
+def test_rows_that_are_no_numbers_are_refused_as_ever_when_others_state_no_covariance():
+    tracker = Tracker()
+    for k in range(10):
+        stamp = round(k / RATE * NANOSECONDS)
+        found = points(way(k), stamp, 0.25, size=(SIDE, SIDE))
+        bad = points(way(k), stamp, size=(SIDE, SIDE)).rows
+        bad['cov_uu'][0], bad['u'][1], bad['box_w'][2] = np.nan, np.inf, np.nan
+        rows = in_one_message(tracker, found, replace(found, rows=bad))
+    assert rows['track_id'].tolist() == [1, 2, 3]
+    assert tracker.screening.dropped == 30
+
+
+def test_one_uncertain_point_of_the_second_detector_keeps_no_other_from_starting():
+    tracker = Tracker()
+    for k in range(30):
+        stamp = round(k / RATE * NANOSECONDS)
+        tracker.update(points(way(k)[:1], stamp, 0.25))
+        other = points(np.array([[400.0, 300.0], [1e4, 1e4]]), stamp, 0.25)
+        other.rows['cov_uu'][1] = other.rows['cov_vv'][1] = 1e6
+        rows = tracker.update(other).rows
+    assert np.abs(rows['u'] - 400).min() < 1
+
+
+def test_no_more_detections_of_one_message_are_worked_on_than_allowed():
+    rng, tracker = np.random.default_rng(0), Tracker(TrackerConfig(max_detections=4))
+    tracker.screening.refuse = [].append
+    others = points(way(0), size=(SIDE, SIDE))
+    in_one_message(tracker, blobs(0, rng), others)
+    assert tracker.screening.crowded_out == 2
