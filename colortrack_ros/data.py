@@ -200,7 +200,10 @@ class Detections:
         rows['u'], rows['v'] = z.T
         rows['cov_uu'] = rows['cov_vv'] = _for_each(sigma, 'sigma', len(z)) ** 2
         rows['score'] = _for_each(scores, 'scores', len(z))
-        rows['color'] = _for_each(colors, 'colors', len(z))
+        given = _for_each(colors, 'colors', len(z))
+        if not np.all((given == np.floor(given)) & (given < 1 << 32)):
+            raise ValueError(f'colors: expected whole numbers below 2^32, got {colors!r}')
+        rows['color'] = given
         return cls(rows, stamp, image_size=image_size)
 
     @classmethod

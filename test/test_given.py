@@ -43,3 +43,10 @@ def test_points_have_the_noise_that_is_given_for_all_or_for_each():
     assert rows['color'].tolist() == [3, 3]
     assert not rows['box_w'].any()
     assert Detections.from_points(z, sigma=3).rows['cov_vv'].tolist() == [9, 9]
+
+
+@pytest.mark.parametrize('color', [1.5, np.nan, np.inf, 1 << 32])
+def test_a_class_that_is_no_whole_number_is_refused_rather_than_taken_for_another(color):
+    with pytest.raises(ValueError, match='colors: expected whole numbers'):
+        Detections.from_points([[3, 4]], colors=[color])
+    assert Detections.from_points([[3, 4]], colors=[7.0]).rows['color'].tolist() == [7]
