@@ -34,8 +34,8 @@ CUT, UNKNOWN = 255, 0
 others are labels plus 1: pages of zeros are free until they are written."""
 
 FEW_CELLS = 32
-"""Most new cells in one picture of which all colors are labeled, in 1.5 ms; of more, as in the
-first picture, and whenever a color has changed, those that occur, a thirtieth of them. Chosen."""
+"""Most new cells in one picture of which all colors are labeled, in 1.5 ms, if colors change; of
+more, as in the first picture and after a change, those that occur, a thirtieth of them. Chosen."""
 
 STRIP, LONG_STRIP = 1 << 18, 1 << 20
 """Pixels per strip with one thread and with several: `benchmark/detection.py` measures the time."""
@@ -76,17 +76,20 @@ class ColorTable:
 
     :param colors: 1 to 254 reference colors.
     :param threads: number of threads per picture; the result does not depend on it.
+    :param most_whole: most new cells in one picture of which all colors are labeled.
 
     overlaps: whether pixels may be within tolerance of several colors that are not inverted.
     touched: (65536,) which cells contain any part of a color.
     holds_gray: whether any gray is within tolerance of a color.
     """
 
-    def __init__(self, colors: tuple[ReferenceColor, ...], threads: int = 1) -> None:
+    def __init__(
+        self, colors: tuple[ReferenceColor, ...], threads: int = 1, most_whole: int = CELLS
+    ) -> None:
         # Without the 16-bit table, NumPy does the lookup, which does not release the GIL.
         self._threads = threads if HAS_16_BIT_LUT else 1
         self._map = ThreadPoolExecutor(threads).map if self._threads > 1 else map
-        self._colors: tuple[ReferenceColor, ...] = ()
+        self._colors, self._most_whole = tuple[ReferenceColor, ...](), most_whole
         self._may, self._whole = np.zeros((2, len(colors), CELLS), bool)
         self._cells = np.zeros(CELLS, np.uint8)
         self._exact, self._is_known = np.zeros(1 << 24, np.uint8), np.zeros(CELLS, bool)
@@ -284,7 +287,7 @@ class ColorTable:
         :param colors: (N,) red << 16 | green << 8 | blue.
         """
         cells = np.flatnonzero(np.bincount(cell_of(colors), minlength=CELLS))
-        is_few = len(cells) <= FEW_CELLS
+        is_few = len(cells) <= self._most_whole
         part = colors_in(cells) if is_few else np.unique(colors)[:, None]
         cells = cells if is_few else cell_of(part[:, 0])
         rgb = np.stack([part >> 16, part >> 8 & 255, part & 255], axis=-1).reshape(-1, 3)

@@ -3,6 +3,7 @@
 from functools import lru_cache
 
 from colortrack_ros.detection.color_table import ColorTable
+from colortrack_ros.detection.color_table import FEW_CELLS
 from colortrack_ros.detection.reference import ReferenceColor
 
 
@@ -22,7 +23,7 @@ class KeptTable:
         if self._is_fixed:
             return _shared(colors, self._threads)
         if self._own is None:
-            self._own = ColorTable(colors, self._threads)
+            self._own = ColorTable(colors, self._threads, FEW_CELLS)
         else:
             self._own.take(colors)
         return self._own

@@ -130,10 +130,9 @@ def of_all_hues(seed):
 
 @pytest.mark.slow
 @pytest.mark.parametrize('few', [0, 1 << 16])
-def test_a_table_that_takes_other_colors_labels_as_a_new_one(few, monkeypatch):
-    monkeypatch.setattr(color_table, 'FEW_CELLS', few)
+def test_a_table_that_takes_other_colors_labels_as_a_new_one(few):
     image, colors = of_all_hues(0), spread(0)
-    table = ColorTable(colors)
+    table = ColorTable(colors, most_whole=few)
     for k in range(12):
         changed = spread(k, reach=6.0 + 4 * (k % 4))
         colors = tuple(changed[j] if j % (1 + k % 3) == 0 else colors[j] for j in range(4))
@@ -153,7 +152,7 @@ def test_when_one_color_changes_only_what_it_touches_is_labeled_anew(monkeypatch
         color_table, 'lab_from_rgb', lambda rgb: (labeled.append(len(rgb)), whole(rgb))[1]
     )
     colors = tuple(replace(color, inverted=False) for color in spread(0))
-    table = ColorTable(colors)
+    table = ColorTable(colors, most_whole=color_table.FEW_CELLS)
     table.label(image, 'rgb8')
     first = sum(labeled)
     labeled.clear()
