@@ -75,6 +75,28 @@ def test_what_leaves_does_not_take_along_what_it_told_of_the_camera():
     assert after < 1.1 * before < np.radians(0.8) ** 2
 
 
+def test_what_rather_stands_tells_no_more_of_the_pitch_than_what_rolls():
+    """Within each case of the pitch, where both hypotheses are as likely before each picture."""
+    scene, config = world_scene.HERE, world_scene.config_of('ground', 'rests')
+    kinds, rng = Kinds.of(config).take(np.zeros(2, int)), np.random.default_rng(5)
+    truth, told = np.zeros((2, 16)), []
+    truth[:, :3] = [[2.5, -0.4, 0.1], [3.0, 0.4, 0.1]]
+    for stands in (0.0, 0.5):
+        belief = Belief.of(config)
+        for k, base in zip(range(20), world_scene.bases(scene, True), strict=False):
+            view = View(scene.camera, base, scene.mount)
+            measured, _ = world_scene.measure(view, truth, kinds, 'ground', 'rests', rng)
+            if k == 0:
+                belief = belief.started(truth[:, :3], np.full(2, 30.0), measured, view, kinds, 0.0)
+            belief.predict(kinds, 0.0, scene.dt, np.zeros(2, bool))
+            belief.motion.probability[:] = [stands, 1 - stands]
+            belief.update(measured, view, kinds, 0.0)
+        assert (kinds.slow > 0).all()
+        assert (belief.motion.probability[:, 0] <= 0.9).all()
+        told.append(belief.errors.cov[:, 4, 4].mean())
+    assert told[1] > 0.97 * told[0]
+
+
 @pytest.mark.slow
 def test_before_a_robot_that_stands_noise_tells_nothing_of_the_pitch():
     """Of its variance 16 % were lost within 2 s, and it was off by a third of its deviation."""
