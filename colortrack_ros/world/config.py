@@ -55,7 +55,8 @@ class KindConfig(Config):
     speed: float = parameter(
         -1.0,
         'Standard deviation of the speed, on each axis, of objects when they are first seen; '
-        'negative: 5 m/s of motion free_fall, 1 m/s of others.',
+        'negative: 5 m/s of motion free_fall, 1 m/s of others. Of things known to be slow less, '
+        'such as 0.3: else what rolls slowly may be taken for standing.',
         unit='m/s',
         limits=(-1.0, 100.0),
     )
