@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.scenes import detections_of as detections_of_scene
@@ -41,11 +40,7 @@ class Sequence:
 
 def detections_of(z, k, rate=RATE, noise=1.0):
     """Detections without boxes at z, (M, 2), in frame k."""
-    rows = np.zeros(len(z), DETECTION)
-    rows['u'], rows['v'] = z.T
-    rows['cov_uu'] = rows['cov_vv'] = noise**2
-    rows['score'] = 1.0
-    return Detections(rows, k * NANOSECONDS // rate, 'camera')
+    return Detections.from_points(z, k * NANOSECONDS // rate, sigma=noise)
 
 
 def _velocities(rng, count, speed):

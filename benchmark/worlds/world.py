@@ -7,7 +7,6 @@ import math
 import numpy as np
 from points import Sequence
 
-from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.evaluation import Score
@@ -74,15 +73,13 @@ def message(z, k, sigma=1.0, box=None, rate=RATE):
     :param sigma: of the covariance that they bring [px]; 0 for none.
     :param box: (M, 2) width and height around z [px], None for none.
     """
-    rows = np.zeros(len(z), DETECTION)
-    rows['u'], rows['v'] = z.T
-    rows['cov_uu'] = rows['cov_vv'] = sigma**2
-    rows['score'] = 1.0
+    found = Detections.from_points(z, round(k * NANOSECONDS / rate), sigma=sigma)
     if box is not None:
+        rows = found.rows
         rows['box_w'], rows['box_h'] = box.T
         rows['box_u'], rows['box_v'] = (z - box / 2).T
         rows['area'] = box.prod(axis=1)
-    return Detections(rows, round(k * NANOSECONDS / rate), 'camera')
+    return found
 
 
 def observe(path, rng, noise=1.0, given=None, seen=None, size=None, exists=None):

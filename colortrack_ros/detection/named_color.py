@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import NANOSECONDS
-from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import measure
 from colortrack_ros.detection.extent import pixels_near
 from colortrack_ros.detection.growth import nearest_sample
@@ -72,7 +71,8 @@ class NamedColor(SoughtColor):
         if (choice := self._choice) is None:
             return False
         is_free = are_free(np.array([choice.lab]), self.taken)[0]
-        return not is_free or (choice.extent is not None and _includes(choice.extent, self.apart))
+        extent = choice.extent
+        return not is_free or bool(extent and _is_one_of(extent.lab, self.apart, extent.axes))
 
     def outshone(self, cells: NDArray[np.uint16], now: NDArray[np.float64], stamp: int) -> float:
         """Choose another color of its name if that is more likely to be what is meant.
@@ -122,10 +122,9 @@ class NamedColor(SoughtColor):
         """Whether a color is within what is known of this one."""
         assert self.found is not None
         whole = self._shades.whole(self.found)
-        colors = whole.lab, *(self._shades.shades or ())
-        return bool(nearest_sample(np.array([lab]), colors, np.array(whole.axes)) < 1)
+        return _is_one_of(lab, (whole.lab, *(self._shades.shades or ())), whole.axes)
 
 
-def _includes(extent: Extent, colors: Sequence[Triple]) -> bool:
-    """Whether an extent includes any of some colors."""
-    return bool(nearest_sample(np.array([extent.lab]), colors, np.array(extent.axes))[0] < 1)
+def _is_one_of(lab: Triple, colors: Sequence[Triple], axes: Triple) -> bool:
+    """Whether a color is within an ellipsoid with these axes around any of some colors."""
+    return bool(nearest_sample(np.array([lab]), colors, np.array(axes))[0] < 1)

@@ -8,6 +8,7 @@ another size is neither merged nor cut, and a small one next to it is no piece: 
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import DETECTION_BOX
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
@@ -109,7 +110,7 @@ class Overlaps:
         pair = (one != other) & (color[one] == color[other])
         one, other = one[pair], other[pair]
         size, beside = sides[one], sides[other]
-        like = (np.maximum(size, beside) < LIKE_SIDES * np.minimum(size, beside)).all(axis=1)
+        like = are_like(size, beside).all(axis=1)
         self._overlapping = LEFT * self._overlapping + EVERY * np.count_nonzero(like) / 2
         self._merged *= LEFT
         self._overlap = self._overlapping > RESOLVED_SHARE * (
@@ -153,3 +154,8 @@ class Overlaps:
 def _from_whole(value: Floats) -> Floats:
     """(M,) largest difference of a row from whole numbers."""
     return np.asarray(np.abs(value - np.rint(value)).max(axis=1), np.float64)
+
+
+def are_like(size: Floats, beside: Floats) -> Bools:
+    """Whether sides, (K, 2) and (K, 2) by axis, may be those of one object; none is 0."""
+    return np.asarray(np.maximum(size, beside) < LIKE_SIDES * np.minimum(size, beside))

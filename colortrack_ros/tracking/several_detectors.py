@@ -20,7 +20,7 @@ from colortrack_ros.estimation.track_table import marked
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.measurements import LARGEST_SQUARE
 from colortrack_ros.tracking.measurements import Measurements
-from colortrack_ros.tracking.overlaps import LIKE_SIDES
+from colortrack_ros.tracking.overlaps import are_like
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.rectangles import points_inside
 
@@ -105,5 +105,4 @@ def _half(size: Floats, variance: Floats) -> Floats:
 
 def _are_alike(size: Floats, beside: Floats) -> Bools:
     """Whether two sizes, (K, 2) each, may be of one object, (K,); those of points may."""
-    alike = np.maximum(size, beside) < LIKE_SIDES * np.minimum(size, beside)
-    return np.asarray((alike | (size <= 0) | (beside <= 0)).all(axis=1))
+    return np.asarray((are_like(size, beside) | (size <= 0) | (beside <= 0)).all(axis=1))

@@ -20,11 +20,8 @@ PLACES = np.array([[100.0, 100.0], [300.0, 110.0], [500.0, 105.0], [200.0, 300.0
 def points(z, stamp=0, variance=0.0, color=0, size=None):
     """Detections at z, (N, 2), in boxes of a width and height, (2,) or (N, 2); without if None."""
     z = np.asarray(z, float).reshape(-1, 2)
-    rows = np.zeros(len(z), DETECTION)
-    rows['u'], rows['v'] = z.T
+    rows = Detections.from_points(z, colors=color).rows
     rows['cov_uu'] = rows['cov_vv'] = variance
-    rows['color'] = color
-    rows['score'] = 1.0
     if size is not None:
         size = np.broadcast_to(size, z.shape)
         rows['box_w'], rows['box_h'], rows['area'] = *size.T, size.prod(axis=1)
