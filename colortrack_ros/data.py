@@ -16,6 +16,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from numpy.typing import NDArray
 
+from colortrack_ros.given import given_for_each
+from colortrack_ros.given import given_size
+from colortrack_ros.given import given_table
+
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
@@ -195,16 +199,16 @@ class Detections:
         :param image_size: width and height of the picture [px]; 0 if unknown.
         :raises ValueError: an array has another shape, or values that make no sense.
         """
-        z = _table(points, 'points', ('u', 'v'))
+        z = given_table(points, 'points', ('u', 'v'))
         rows = np.zeros(len(z), DETECTION)
         rows['u'], rows['v'] = z.T
-        rows['cov_uu'] = rows['cov_vv'] = _for_each(sigma, 'sigma', len(z)) ** 2
-        rows['score'] = _for_each(scores, 'scores', len(z))
-        given = _for_each(colors, 'colors', len(z))
+        rows['cov_uu'] = rows['cov_vv'] = given_for_each(sigma, 'sigma', len(z)) ** 2
+        rows['score'] = given_for_each(scores, 'scores', len(z))
+        given = given_for_each(colors, 'colors', len(z))
         if not np.all((given == np.floor(given)) & (given < 1 << 32)):
             raise ValueError(f'colors: expected whole numbers below 2^32, got {colors!r}')
         rows['color'] = given
-        return cls(rows, stamp, image_size=image_size)
+        return cls(rows, stamp, image_size=given_size(image_size))
 
     @classmethod
     def from_boxes(
@@ -223,7 +227,7 @@ class Detections:
         :param stamp, scores, colors, image_size: see from_points().
         :raises ValueError: an array has another shape, or these are no edges in pixels.
         """
-        edges = _table(boxes, 'boxes', ('left', 'top', 'right', 'bottom'))
+        edges = given_table(boxes, 'boxes', ('left', 'top', 'right', 'bottom'))
         corner, size = edges[:, :2], edges[:, 2:] - edges[:, :2]
         if np.any(size < 0):
             raise ValueError(
@@ -240,27 +244,6 @@ class Detections:
         sides['corner'], sides['size'] = corner, size
         found.rows['area'] = np.pi / 4 * size.prod(axis=1)
         return found
-
-
-def _table(values: ArrayLike, name: str, columns: tuple[str, ...]) -> Floats:
-    """The values as an array with these columns, without rows if there are none."""
-    table = np.asarray(values, np.float64)
-    if not table.size:
-        return table.reshape(0, len(columns))
-    if table.ndim != 2 or table.shape[1] != len(columns):
-        expected = f'(N, {len(columns)}): {", ".join(columns)}'
-        raise ValueError(f'{name}: expected an array {expected}, got shape {table.shape}')
-    return table
-
-
-def _for_each(values: ArrayLike, name: str, count: int) -> Floats:
-    """Numbers that are not negative: one for all, or one for each of them."""
-    given = np.asarray(values)
-    if given.dtype.kind not in 'iufb' or np.any(given < 0):
-        raise ValueError(f'{name}: expected numbers from 0, got {values!r}')
-    if given.ndim and given.shape != (count,):
-        raise ValueError(f'{name}: expected one, or one for each of {count}, got {given.shape}')
-    return np.asarray(given, np.float64)
 
 
 @dataclass(frozen=True)

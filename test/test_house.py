@@ -32,7 +32,8 @@ ROOMS_WITHOUT_ROS = (
     'evaluation',
 )
 ALLOWED = {
-    'data': set(),
+    'given': set(),
+    'data': {'given'},
     'columns': {'data'},
     'batch': {'files'},
     'stamps': set(),
@@ -61,7 +62,8 @@ ALLOWED = {
 
 
 FLOORS = (
-    {'data', 'ellipses', 'files', 'parameters', 'signals', 'stamps'},
+    {'ellipses', 'files', 'given', 'parameters', 'signals', 'stamps'},
+    {'data'},
     {'batch', 'columns', 'encodings', 'picture_files'},
     {'scenes', 'estimation', 'flow', 'messages', 'bags', 'drawing'},
     {'sources', 'detection', 'tracking', 'windows', 'world'},
