@@ -145,7 +145,10 @@ def nursery() -> Nursery:
 
 
 def _serve(requests: socket.socket) -> Callable[[dict[str, str]], None] | None:
-    """Fork for each request; in the child return what it has to do, at the end nothing."""
+    """Fork for each request; in the child return what it has to do, at the end nothing.
+
+    The end is when whoever asks is gone. Were he killed, his nodes would run on without him.
+    """
     children: dict[int, tuple[int, int]] = {}
     while True:
         for ready in select.select([requests, *children], [], [])[0]:
@@ -159,6 +162,8 @@ def _serve(requests: socket.socket) -> Callable[[dict[str, str]], None] | None:
                 continue
             content, statuses, *_ = socket.recv_fds(requests, 1 << 20, 1)
             if not content:
+                for pid, _ in children.values():
+                    os.kill(pid, signal.SIGKILL)
                 return None
             pid = _fork()
             if not pid:
