@@ -27,13 +27,18 @@ class Pacer:
         self._sleep = sleep
         self._clock = clock
         self._due = -float('inf')
+        self._restarts = False
+
+    def restart(self) -> None:
+        """Begin a new schedule with the next call: the period has changed."""
+        self._restarts = True
 
     def pace(self, period: float) -> None:
         """Wait until one period [s] after the scheduled time of the last call."""
         now = self._clock()
         self._due += period
-        if self._due < now - MAX_BEHIND:
-            self._due = now
+        if self._restarts or self._due < now - MAX_BEHIND:
+            self._due, self._restarts = now, False
         elif self._due > now:
             self._sleep(self._due - now)
 

@@ -104,7 +104,8 @@ class CameraNode(ManagedNode[CameraSetup]):
         self._listen(self.setup)
         self._going.clear()
         offer(self, SetBool, '~/pause', self._pause)
-        self._pacer = Pacer(self._closing.wait)
+        self._hurry = threading.Event()
+        self._pacer = Pacer(self._hurry.wait)
         self._base: int | None = None
         self._paced: int | None = None
         self._thread = threading.Thread(target=self._play, name='camera')
@@ -132,6 +133,9 @@ class CameraNode(ManagedNode[CameraSetup]):
         """Apply changed parameters."""
         self._calibration.load(setup.camera_info_url)
         self._listen(setup)
+        if setup.rate != self.setup.rate:  # which may have been one picture in a minute
+            self._pacer.restart()
+            self._hurry.set()
 
     def _listen(self, setup: CameraSetup) -> None:
         """Subscribe to the detections that report consumed frames, if they set the pace."""
@@ -172,6 +176,7 @@ class CameraNode(ManagedNode[CameraSetup]):
         if not self._is_held():
             stamped = self._stamped(frame)
             self._pace(stamped.stamp)
+            self._hurry.clear()
             self._publish(stamped)
         return True
 
@@ -276,6 +281,7 @@ class CameraNode(ManagedNode[CameraSetup]):
     def release(self) -> None:
         """Stop the threads and close the source."""
         self._closing.set()
+        self._hurry.set()
         self._going.set()
         self._grabber.close()
         self._thread.join()

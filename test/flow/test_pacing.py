@@ -39,6 +39,17 @@ def test_after_a_long_stop_it_goes_on_from_now(time):
     assert time.now == pytest.approx(110.08)
 
 
+def test_a_new_period_begins_at_once(time):
+    pacer, starts = Pacer(time.sleep, lambda: time.now), []
+    for period in (0.04, 100.0, 0.04, 0.04):
+        pacer.pace(period)
+        starts.append(time.now)
+        if period > 1:
+            time.now -= 90.0  # woken early
+            pacer.restart()
+    assert starts == pytest.approx([100.0, 200.0, 110.0, 110.04])
+
+
 def test_a_frame_waits_for_the_answer_to_the_one_before_the_last():
     window, sent = Window(2, patience=10.0), []
 

@@ -5,6 +5,8 @@ import time
 import cv2
 import numpy as np
 import pytest
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
@@ -235,6 +237,17 @@ def test_after_a_pause_the_stamps_of_a_recording_go_on_with_the_clock(ros):
     steps = np.diff([stamp_of(info.header) for info in infos])
     assert 1e9 * least - 0.5e9 * slow < steps.max() < 1e9 * most + 0.5e9 * slow
     assert np.sort(steps)[-2] < 0.1e9
+
+
+def test_a_rate_that_was_slow_by_mistake_is_mended_at_once(ros):
+    images = ros.listen(Image, 'camera/image_raw')
+    ros.start('camera', source=SMALL, loop=True, rate=0.001, wait_for_subscribers=1, **DEEP)
+    assert ros.spin(lambda: len(images) == 1), ros.outputs()
+    ros.spin(lambda: False, 0.2)
+    assert len(images) == 1
+    request = SetParameters.Request(parameters=[Parameter('rate', value=100.0).to_parameter_msg()])
+    assert ros.call(SetParameters, 'camera/set_parameters', request).results[0].successful
+    assert ros.spin(lambda: len(images) > 20), ros.outputs()
 
 
 def test_cameracalibrator_can_store_a_calibration(ros, tmp_path):
