@@ -30,13 +30,23 @@ def lit_ball(center, radius, ambient, gloss=0.0):
     return image ** (1 / 2.2) * 255
 
 
-def squared_error(radius, tolerance, ambient, gloss=0.0):
-    """Mean squared error over its covariance, divided by two, of balls at random places."""
+def turned_box(center, half, turn):
+    """A box with these half sides, turned by an angle [rad], before an even wall."""
+    side = (np.arange(120 * FINER) + 0.5) / FINER - 0.5
+    u, v = side - center[0], side[:, None] - center[1]
+    along, across = u * np.cos(turn) + v * np.sin(turn), v * np.cos(turn) - u * np.sin(turn)
+    inside = (np.abs(along) < half[0]) & (np.abs(across) < half[1])
+    image = np.where(inside[..., None], RED, 0.2)
+    return image.reshape(120, FINER, 120, FINER, 3).mean(axis=(1, 3)) ** (1 / 2.2) * 255
+
+
+def squared_error(tolerance, draw):
+    """Mean squared error over its covariance, divided by two, of things at random places."""
     squared = []
     for seed in range(12):
         random = np.random.default_rng(seed)
         center = 60 + random.random(2)
-        image = lit_ball(center, radius, ambient, gloss) + random.normal(0, 2, (120, 120, 3))
+        image = draw(center, random) + random.normal(0, 2, (120, 120, 3))
         image = image.clip(0, 255).astype(np.uint8)
         color = ReferenceColor.from_rgb('ball', tuple(map(float, image[60, 60])), tolerance)
         (row, *_) = Detector(DetectorConfig(colors=(color,))).detect(Frame(image, 'rgb8')).rows
@@ -48,12 +58,18 @@ def squared_error(radius, tolerance, ambient, gloss=0.0):
 
 @pytest.mark.parametrize('radius', [10.0, 16.0, 24.0])
 def test_a_dark_side_that_the_tolerance_cuts_off_is_in_the_covariance(radius):
-    assert squared_error(radius, 25.0, 0.3) < 3
+    assert squared_error(25.0, lambda center, _: lit_ball(center, radius, 0.3)) < 3
 
 
 @pytest.mark.parametrize('radius', [12.0, 16.0, 24.0, 40.0])
 def test_a_highlight_that_the_tolerance_cuts_out_is_in_the_covariance(radius):
-    assert squared_error(radius, 40.0, 0.8, 0.9) < 3
+    assert squared_error(40.0, lambda center, _: lit_ball(center, radius, 0.8, 0.9)) < 3
+
+
+@pytest.mark.parametrize('half', [(12.0, 12.0), (20.0, 10.0), (30.0, 6.0)])
+def test_that_a_box_is_turned_makes_its_center_no_less_certain(half):
+    error = squared_error(50.0, lambda center, random: turned_box(center, half, random.random()))
+    assert 0.2 < error < 3
 
 
 def shares(image):
