@@ -25,7 +25,6 @@ from colortrack_ros.detection.growth import outline_end
 from colortrack_ros.detection.growth import SIZE_STEP
 from colortrack_ros.detection.growth import SIZES
 from colortrack_ros.detection.growth import SLOPE_STEPS
-from colortrack_ros.detection.lab import rgb_from_lab
 from colortrack_ros.detection.lab import Triple
 
 # On four real clips, `python benchmark/colors.py --constants` halves and doubles the constants
@@ -107,14 +106,6 @@ def pixels_near(counts: NDArray[np.float64], lab: Triple) -> float:
     (filled,) = counts.nonzero()
     distance = (lab_of_cells(filled) - lab) / SHAPE
     return float(counts[filled[(distance**2).sum(axis=1) < NEAR**2]].sum())
-
-
-def nearest_color(counts: NDArray[np.float64], lab: Triple) -> tuple[int, int, int]:
-    """The frequent color, r, g, b, that is nearest to a given one."""
-    (many,) = (counts >= min(FEWEST_PIXELS, counts.max())).nonzero()
-    color = lab_of_cells(many)
-    red, green, blue = rgb_from_lab(color[nearest_sample(color, (lab,), SHAPE).argmin()]).tolist()
-    return red, green, blue
 
 
 def measure(counts: NDArray[np.float64], extent: Extent) -> Extent:

@@ -10,11 +10,10 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.dither import of_palette
-from colortrack_ros.detection.extent import nearest_color
 from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.growth import MOST_GROWTH
 from colortrack_ros.detection.light_change import LightChange
-from colortrack_ros.detection.named import name_of
+from colortrack_ros.detection.missing import why_missing
 from colortrack_ros.detection.named_color import NamedColor
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.sought_color import LOOK_SECONDS
@@ -55,7 +54,7 @@ class ColorFinder:
         self._waiting, self._is_update = list[int](), False
         self._first: int | None = None
         self._fills: set[int] = set()
-        self._nearest: dict[int, tuple[tuple[int, int, int], str]] = {}
+        self._absent: dict[int, str] = {}
         self._specks = 0
         self._seen: set[int] = set()
         self._light = LightChange()
@@ -255,15 +254,9 @@ class ColorFinder:
                     f'{name}.tolerance, or {name}.others to colors that are not it'
                 )
             if waited:
-                if k not in self._nearest:  # once: trouble is read for every picture
-                    meant = '' if sought.color.preset else name_of(sought.color.lab)
-                    self._nearest[k] = nearest_color(self._pool, sought.color.lab), meant
-                nearest, meant = self._nearest[k]
-                by_name = f', or set {name}.preset, such as {meant}' * (meant != '')
-                return (
-                    f'{name} is not in the picture, where {",".join(map(str, nearest))} '
-                    f'is nearest (r,g,b): pick its color there, with pick_color{by_name}'
-                )
+                if k not in self._absent:  # once: trouble is read for every picture
+                    self._absent[k] = why_missing(sought.color, self._pool)
+                return self._absent[k]
         for sought in self._sought.values():
             if sought.found and sought.found.growth > MOST_GROWTH:
                 name = sought.color.name

@@ -1,0 +1,34 @@
+"""Why a color is not found is told truly."""
+
+import cv2
+import numpy as np
+
+from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import ReferenceColor
+
+RED = (200, 40, 35)
+
+
+def two_small_balls():
+    """Red ones, 5 px wide, before a noisy wall."""
+    image = np.full((120, 160, 3), 130.0)
+    for center in ((40, 60), (110, 40)):
+        cv2.circle(image, center, 2, RED, cv2.FILLED)
+    image = cv2.GaussianBlur(image, (0, 0), 0.7) + np.random.default_rng(1).normal(
+        0, 2, image.shape
+    )
+    return image.clip(0, 255).astype(np.uint8)
+
+
+def test_things_that_are_too_small_are_not_said_to_be_absent_and_what_is_told_finds_them():
+    image = two_small_balls()
+    detector = Detector(DetectorConfig(colors=(ReferenceColor.from_rgb('red', RED, 0.0),)))
+    for k in range(4):
+        assert len(detector.detect(Frame(image, 'rgb8', k * NANOSECONDS)).rows) == 0
+    assert 'px of the picture, too few to find how far it extends' in detector.trouble
+    color = ReferenceColor.from_rgb('red', RED, 40.0)
+    told = DetectorConfig(colors=(color,), erosion_size=1, min_area=4)
+    assert len(Detector(told).detect(Frame(image, 'rgb8')).rows) == 2
