@@ -20,8 +20,13 @@ from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import rows_of
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.hidden_rivals import is_free
+from colortrack_ros.tracking.hidden_rivals import remember_hidden
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
+from colortrack_ros.tracking.lines import add_to_lines
+from colortrack_ros.tracking.lines import coasted
+from colortrack_ros.tracking.lines import fit_lines
 from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
@@ -149,8 +154,9 @@ def _remember(prediction: Prediction, one: Indices, other: Indices) -> None:
     records, stamp = prediction.records, prediction.step.now
     fit = (records['state'] != TENTATIVE) & (records['hits'] >= ESTABLISHED)
     fit = fit[one] & fit[other]
-    ids, rival = records['track_id'], records['rival']
-    new = fit & (rival[one] == 0) & (rival[other] == 0)
+    ids = records['track_id']
+    free = is_free(records)
+    new = fit & free[one] & free[other]
     mean, cov = prediction.bank.estimate()
     fresh = one[new]
     records['rival'][fresh] = ids[other[new]]
@@ -173,41 +179,44 @@ def tell_apart(
     :param pairs: the measurements of this frame.
     """
     records, stamp = tracks.records, prediction.step.now
+    if len(pairs.track) < len(records) and prediction.sized and not prediction.step.pauses:
+        remember_hidden(records, prediction, SCANS)
     if not np.count_nonzero(records['rival']):
         return
-    _sum_up(records, pairs, stamp)
+    add_to_lines(records, pairs, stamp)
     if prediction.sized:
         _sum_up_sizes(records, pairs.track, prediction.sizes, stamp)
-    one = records['rival'].nonzero()[0]
-    other, _ = rows_of(records, records['rival'][one])  # any row for one that is gone
-    gone = records['rival'][other] != records['track_id'][one]
-    records['rival'][one[gone]] = 0
-    scans = np.minimum(records['scans'][one], records['scans'][other])
-    ready = ~gone & (one < other) & (scans >= SCANS)
-    one, other, scans = one[ready], other[ready], scans[ready]
+    one, other = _ready(records, stamp, config.max_hidden)
     if not len(one):
         return
     since = (stamp - records['met'][one]) / NANOSECONDS
     chance = config.maneuvers * maneuver_chance(records['rate'][one], since)
     ratio = _compare(records, one, other, chance, prediction, stamp)
-    ratio *= chance < UNSTEADY
+    steady = chance < UNSTEADY
+    ratio *= steady
     ratio += records['size_log_ratio'][one] + records['size_log_ratio'][other]
+    scans = np.minimum(records['scans'][one], records['scans'][other])
     decided = (np.abs(ratio) > CLEAR) | (scans >= MOST_SCANS) | (ratio == 0)
-    one, other, exchanged = one[decided], other[decided], ratio[decided] < 0
+    exchanged = (ratio < np.where(steady, 0.0, -CLEAR))[decided]
+    one, other = one[decided], other[decided]
     if np.count_nonzero(exchanged):
         _exchange(tracks, one[exchanged], other[exchanged])
     records['rival'][one] = records['rival'][other] = 0
 
 
-def _sum_up(records: Records, pairs: Hypotheses, stamp: int) -> None:
-    """Add the measurements of separated rivals to the sums of their lines."""
-    mine = (records['rival'][pairs.track] > 0) & (records['apart'][pairs.track] < stamp)
-    track, z, R = pairs.track[mine], pairs.z[mine], pairs.R[mine]
-    t = (stamp - records['apart'][track]) / NANOSECONDS
-    weight = 2 / (R[:, 0, 0] + R[:, 1, 1])
-    u, v = z.T
-    records['sums'][track] += (weight * np.array([np.ones(len(t)), t, t * t, u, v, t * u, t * v])).T
-    records['scans'][track] += 1
+def _ready(records: Records, stamp: int, patience: float) -> tuple[Indices, Indices]:
+    """Rivals, (P,) and (P,), that have both been measured often enough since they separated.
+
+    :param patience: time after which a rival that is gone is forgotten [s].
+    """
+    one = records['rival'].nonzero()[0]
+    other, _ = rows_of(records, records['rival'][one])  # any row for one that is gone
+    gone = records['rival'][other] != records['track_id'][one]
+    late = (stamp - records['met'][one]) / NANOSECONDS > patience
+    records['rival'][one[gone & late]] = 0
+    scans = np.minimum(records['scans'][one], records['scans'][other])
+    ready = ~gone & (one < other) & (scans >= SCANS)
+    return one[ready], other[ready]
 
 
 def _sum_up_sizes(records: Records, track: Indices, sizes: Sizes, stamp: int) -> None:
@@ -218,27 +227,11 @@ def _sum_up_sizes(records: Records, track: Indices, sizes: Sizes, stamp: int) ->
     :param track: (K,) which were measured.
     """
     mine = track[(records['rival'][track] > 0) & (records['apart'][track] < stamp)]
-    theirs, _ = rows_of(records, records['rival'][mine])
+    theirs, there = rows_of(records, records['rival'][mine])
+    mine, theirs = mine[there], theirs[there]
     size = records['box_size'][mine]
     own, other = (sizes.log_fit(records['before_size'][rows], size) for rows in (mine, theirs))
     records['size_log_ratio'][mine] += own - other
-
-
-def _lines(records: Records, track: Indices, stamp: int) -> tuple[Floats, Floats]:
-    """Weighted least squares: states (K, 4) at the stamp, and their covariances (K, 4, 4)."""
-    t = (stamp - records['apart'][track]) / NANOSECONDS
-    s, st, stt, *sums = records['sums'][track].T
-    det = s * stt - st * st
-    mean, cov = np.zeros((len(track), 4)), np.zeros((len(track), 4, 4))
-    for axis in range(2):
-        z, tz = sums[axis], sums[axis + 2]
-        speed = (s * tz - st * z) / det
-        mean[:, axis] = (z - speed * st) / s + speed * t
-        mean[:, axis + 2] = speed
-        cov[:, axis, axis] = (stt - 2 * st * t + s * t * t) / det
-        cov[:, axis, axis + 2] = cov[:, axis + 2, axis] = (s * t - st) / det
-        cov[:, axis + 2, axis + 2] = s / det
-    return mean, cov
 
 
 def _compare(
@@ -253,8 +246,8 @@ def _compare(
     both, count = np.append(one, other), len(one)
     mean, cov = records['before'][both], records['before_cov'][both]
     T = (stamp - records['met'][both]) / NANOSECONDS
-    mean, cov = _coasted(mean, cov, T, prediction.noise**2 * REFERENCE_PERIOD)
-    lines, of_lines = _lines(records, both, stamp)
+    mean, cov = coasted(mean, cov, T, prediction.noise**2 * REFERENCE_PERIOD)
+    lines, of_lines = fit_lines(records, both, stamp)
     mean, cov = np.append(mean, lines, axis=0), np.append(cov, of_lines, axis=0)
     k = np.arange(2 * count)
     line = 2 * count + np.append(k, np.roll(k, count))  # as they are, and exchanged
@@ -262,20 +255,6 @@ def _compare(
     ratio = log_likelihood_ratio(mean, cov, both, line, chance, T, prediction.speed)
     own, exchanged = ratio.reshape(2, 2, count)
     return np.asarray((own - exchanged).sum(axis=0))
-
-
-def _coasted(mean: Floats, cov: Floats, T: Floats, q: float) -> tuple[Floats, Floats]:
-    """States (K, 4) and covariances (K, 4, 4) after T, (K,) [s]; see ConstantVelocity.
-
-    :param q: density of the process noise [px^2/s^3].
-    """
-    F = np.zeros((len(T), 4, 4))
-    F[:] = np.eye(4)
-    F[:, (0, 1), (2, 3)] = T[:, None]
-    mean, cov = (F @ mean[..., None])[..., 0], F @ cov @ F.swapaxes(1, 2)
-    for i, j, gain in ((0, 0, T**3 / 3), (0, 2, T**2 / 2), (2, 0, T**2 / 2), (2, 2, T)):
-        cov[:, (i, i + 1), (j, j + 1)] += q * gain[:, None]
-    return mean, cov
 
 
 def _exchange(tracks: TrackTable[Bank], one: Indices, other: Indices) -> None:

@@ -22,7 +22,11 @@ from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.prediction import assumed_speed
 from colortrack_ros.tracking.sizes import Sizes
 
-KEPT = ('track_id', 'born', 'origin', 'color', 'extent', 'growth', 'partial', 'nearness', 'aloft')
+KEPT = (
+    'track_id', 'born', 'origin', 'color', 'extent', 'growth', 'partial', 'nearness', 'aloft',
+    'rival', 'met', 'apart', 'before', 'before_cov', 'before_size', 'sums', 'scans',
+    'size_log_ratio',
+)  # fmt: skip
 """Fields of a lost track that the new one takes over."""
 
 ADDED = ('hits', 'gaps')

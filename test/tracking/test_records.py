@@ -9,8 +9,8 @@ from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.motion.constant_velocity import ConstantVelocity
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.camera import Camera
-from colortrack_ros.tracking.crossings import _lines
-from colortrack_ros.tracking.crossings import _sum_up
+from colortrack_ros.tracking.lines import add_to_lines
+from colortrack_ros.tracking.lines import fit_lines
 from colortrack_ros.tracking.recent import Recent
 from colortrack_ros.tracking.recent import RING
 from colortrack_ros.tracking.recent import Z
@@ -30,7 +30,7 @@ def summed_up(records, rng):
     z, sigma = rng.normal(0, 100, (6, 2, 2)), rng.uniform(0.5, 3, (6, 2))
     for stamp, measured, s in zip(stamps, z, sigma, strict=True):
         R = s[:, None, None] ** 2 * np.eye(2)
-        _sum_up(records, SimpleNamespace(track=np.arange(2), z=measured, R=R), stamp)
+        add_to_lines(records, SimpleNamespace(track=np.arange(2), z=measured, R=R), stamp)
     return stamps, z, sigma
 
 
@@ -38,7 +38,7 @@ def test_states_and_covariances_are_those_of_the_normal_equations():
     records = np.zeros(2, np.dtype(FIELDS))
     stamps, z, sigma = summed_up(records, np.random.default_rng(3))
     now = 2 * SECOND
-    mean, cov = _lines(records, np.arange(2), now)
+    mean, cov = fit_lines(records, np.arange(2), now)
     for track in range(2):
         ages = (stamps - now) / SECOND
         H = np.stack([np.ones(6), ages], axis=1) / sigma[:, track, None]
@@ -63,7 +63,7 @@ def test_a_motion_that_stays_becomes_the_tracks_own_and_leaves_them_where_they_a
         records[name] = rng.normal(0, 10, records[name].shape)
     records['met'], records['anchored'] = now - SECOND // 2, now - SECOND // 4
     before, states = records.copy(), tracks.filters.estimate()[0].copy()
-    lines, _ = _lines(records, np.arange(2), now)
+    lines, _ = fit_lines(records, np.arange(2), now)
     many = rng.uniform(0, 500, (8, 2))
     camera = Camera()
     camera.follow(many, np.ones((8, 2)), many + np.array([6.0, -2.0]), PERIOD)
@@ -72,7 +72,7 @@ def test_a_motion_that_stays_becomes_the_tracks_own_and_leaves_them_where_they_a
     assert way == pytest.approx([120, -40], abs=1)
     moved = [0, 0, *way]
     np.testing.assert_allclose(tracks.filters.estimate()[0], states + moved)
-    np.testing.assert_allclose(_lines(records, np.arange(2), now)[0], lines + moved, rtol=1e-6)
+    np.testing.assert_allclose(fit_lines(records, np.arange(2), now)[0], lines + moved, rtol=1e-6)
     for name, age in (('before', 0.5), ('anchor', 0.25)):
         np.testing.assert_allclose(records[name][:, :2], before[name][:, :2] - age * way)
         np.testing.assert_allclose(records[name][:, 2:], before[name][:, 2:] + way)

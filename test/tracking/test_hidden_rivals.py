@@ -1,0 +1,63 @@
+"""Who is who of two that a post cuts by degrees, hides, and that turn behind it."""
+
+import numpy as np
+import pytest
+
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+
+RATE, FRAMES, POST = 30, 80, (280.0, 360.0)
+T = (np.arange(FRAMES) - FRAMES / 2) / RATE
+
+
+def pieces(center, size, rng):
+    """Return the rows of what is visible beside the post of a square."""
+    center = center + rng.normal(0, 0.5, 2)
+    low, high = center - size / 2, center + size / 2
+    left, right = (low[0], min(high[0], POST[0])), (max(low[0], POST[1]), high[0])
+    rows = []
+    for a, b in (left, right):
+        if b - a < max(0.2 * size, 2.5):
+            continue
+        row = np.zeros(1, DETECTION)
+        row['u'], row['v'], row['cov_uu'], row['cov_vv'] = (a + b) / 2, center[1], 0.25, 0.25
+        row['box_u'], row['box_v'] = np.rint([a, low[1]])
+        row['box_w'], row['box_h'] = np.rint(b) - np.rint(a), np.rint(high[1]) - np.rint(low[1])
+        row['area'], row['score'] = (b - a) * size, 1.0
+        rows.append(row)
+    return rows
+
+
+def play(u, sizes, seed=0):
+    """Return the IDs of two on a line, u (FRAMES, 2) [px], at the start and at the end."""
+    rng, names = np.random.default_rng(seed), []
+    tracker = Tracker(TrackerConfig(image_size=(640, 480)))
+    for k, both in enumerate(u):
+        parts = [pieces(np.array([x, 240.0]), s, rng) for x, s in zip(both, sizes, strict=True)]
+        rows = np.concatenate([np.zeros(0, DETECTION), *parts[0], *parts[1]])
+        tracks = tracker.update(Detections(rows, round(k * 1e9 / RATE))).rows
+        if k in (RATE // 2, FRAMES - 1):
+            nearest = np.abs(both[:, None] - tracks['u']).argmin(axis=1)
+            names.append(tracks['track_id'][nearest].tolist())
+    return names
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('sizes', [(16.0, 24.0), (24.0, 16.0), (12.0, 36.0), (30.0, 15.0)])
+def test_two_that_turn_behind_a_post_come_out_as_themselves(sizes):
+    contact = 320 + (sizes[0] - sizes[1]) / 2
+    for seed, speed in enumerate((110.0, 150.0, 190.0)):
+        way = np.abs(T) * speed
+        u = np.stack([contact - sizes[0] / 2 - way, contact + sizes[1] / 2 + way], axis=1)
+        start, end = play(u, sizes, seed)
+        assert start == end, speed
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('seed', range(3))
+def test_two_of_one_size_that_pass_each_other_behind_a_post_are_not_exchanged(seed):
+    u = np.stack([320 - 150 * T, 320 + 130 * T], axis=1)
+    start, end = play(u, (20.0, 20.0), seed)
+    assert start == end
