@@ -1,4 +1,4 @@
-"""Issue point 2, with boxes: discs that pass behind a cover, while they are cut and hidden."""
+"""Issue points 2 and 8, with boxes: discs behind a cover that cuts and hides them."""
 
 from functools import partial
 
@@ -10,15 +10,24 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.ellipses import ELLIPSE_95
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
+from worlds.identities import ends
+from worlds.identities import own
+from worlds.motions import lanes
+from worlds.motions import times
 from worlds.world import Figure
+from worlds.world import play
 from worlds.world import RATE
 from worlds.world import SIZE
+from worlds.world import World
 
 MIDDLE = SIZE[0] / 2
 """Of the cover [px]."""
 
 LEAST_AREA = 20
 """Of a blob [px]."""
+
+RATIOS = np.array([0.33, 0.5, 0.67, 1.5])
+"""Of the sizes of two that meet."""
 
 PASSES = 20
 """Discs for each seed, one after the other."""
@@ -104,7 +113,38 @@ def behind_covers(seed, _, kind):
     yield Figure('one ID %', 100 * np.mean(ids), low=95.0)
 
 
-WORLDS = {
+def meeting(seed, _, frames=120):
+    """Pairs of discs in four lanes that bounce off each other behind a post that cuts them."""
+    rng, count = np.random.default_rng(seed), 4
+    t = times(frames) - frames / 2 / RATE
+    radius = rng.uniform(14, 24, count)
+    radius = np.concatenate([radius, radius * rng.choice(RATIOS, count)])
+    speed, half = rng.uniform(110, 250, 2 * count), rng.uniform(30, 55)
+    side = np.repeat([-1, 1], count)
+    u = MIDDLE + side * (radius + speed * np.abs(t))
+    position = np.stack([u, np.tile(lanes(count), 2) + 0 * u], -1)
+    seen = np.abs(u - MIDDLE) > half + radius
+    cover = MIDDLE - half, MIDDLE + half
+    messages = [
+        Detections(
+            np.concatenate(
+                [blobs(z, r, cover, 0.5, rng) for z, r in zip(now, radius, strict=True)]
+            ),
+            round(k * NANOSECONDS / RATE),
+        )
+        for k, now in enumerate(position)
+    ]
+    z = np.where(seen[..., None], position, np.nan)
+    world = World(
+        position, np.gradient(position, 1 / RATE, axis=0), np.ones_like(seen), z, messages
+    )
+    start, end = ends(world, play(messages, image_size=SIZE))
+    swapped = (start[:count] == end[count:]) | (start[count:] == end[:count])
+    yield Figure('swapped %', 100 * swapped.mean(), high=5.0)
+    yield Figure('own ID %', own((start, end), count), low=95.0)
+
+
+WORLDS = {'8 behind a post that cuts': meeting} | {
     f'2 behind covers, {kind}': partial(behind_covers, kind=kind)
     for kind in ('steady', 'faster', 'larger', 'smaller', 'back')
 }
