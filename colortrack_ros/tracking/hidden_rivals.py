@@ -13,12 +13,15 @@ from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import rows_of
 from colortrack_ros.tracking.measurements import either_axis
-from colortrack_ros.tracking.prediction import LAST_FRAME
 from colortrack_ros.tracking.prediction import Prediction
 
 MEETING_SIGMAS = 2.0
 """Standard deviations of the ways of two tracks within which they may have met: 86 % of those that
 have are. Derived from the Rayleigh distribution."""
+
+OTHER_COLOR = 1e9
+"""Distance of neighboring colors in the search for the nearest track of the same one [px]: more
+than any two tracks may be apart. Chosen."""
 
 
 def is_free(records: Records) -> Bools:
@@ -32,14 +35,14 @@ def remember_hidden(records: Records, prediction: Prediction, hits: int) -> None
 
     :param hits: least number of detections of either.
     """
-    stamp, period = prediction.step.now, prediction.step.period
+    stamp = prediction.step.now
     unseen = records['updated'] < stamp
     known = (records['state'] != TENTATIVE) & (records['hits'] >= hits)
     known &= (prediction.size[:, 0] > 0) & ~records['outside']
     known &= records['left'] <= records['updated']  # a known turn takes away, but hides nothing
     cut = either_axis(records['box_size'] < prediction.size - prediction.slack)
     hidden, free = known & (unseen | cut), is_free(records)
-    lost = hidden & free & (~unseen | (prediction.unseen < LAST_FRAME * period))
+    lost = hidden & free & (records['met'] <= records['updated'])
     _keep_what_was(records, prediction, lost.nonzero()[0])
     row, _ = rows_of(records, records['rival'])
     undecided = hidden & hidden[row] & (records['scans'] == 0)
@@ -60,14 +63,15 @@ def _keep_what_was(records: Records, prediction: Prediction, lost: Indices) -> N
 
 
 def _may_have_met(prediction: Prediction, hidden: Indices) -> tuple[Indices, Indices]:
-    """Pairs of hidden tracks, (K,), each the other's nearest, that may have met; both ways round.
+    """Pairs of hidden tracks, (K,), each the other's nearest of its color, that may have met.
 
-    Either may have turned as soon as it was out of sight.
+    Either may have turned as soon as it was out of sight. Pairs are both ways round.
     """
     if len(hidden) < 2:
         return hidden[:0], hidden[:0]
-    center = prediction.center[hidden]
-    apart, near = (column[:, 1] for column in cKDTree(center).query(center, 2))
+    away = OTHER_COLOR * prediction.records['color'][hidden]
+    place = np.column_stack([prediction.center[hidden], away])
+    apart, near = (column[:, 1] for column in cKDTree(place).query(place, 2))
     turn = prediction.turn_speed(hidden) * prediction.unseen[hidden, None]
     variance = (prediction.variance[hidden] + turn * turn).mean(axis=1)
     k = np.arange(len(hidden))

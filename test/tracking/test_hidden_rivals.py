@@ -1,5 +1,7 @@
 """Who is who of two that a post cuts by degrees, hides, and that turn behind it."""
 
+from itertools import chain
+
 import numpy as np
 import pytest
 
@@ -30,14 +32,22 @@ def pieces(center, size, rng):
     return rows
 
 
-def play(u, sizes, seed=0):
-    """Return the IDs of two on a line, u (FRAMES, 2) [px], at the start and at the end."""
+def play(u, sizes, seed=0, colors=(1, 1), *, pauses=False):
+    """Return the IDs of N on a line, u (FRAMES, N) [px], at the start and at the end.
+
+    :param pauses: whether an empty message follows each.
+    """
     rng, names = np.random.default_rng(seed), []
     tracker = Tracker(TrackerConfig(image_size=(640, 480)))
     for k, both in enumerate(u):
         parts = [pieces(np.array([x, 240.0]), s, rng) for x, s in zip(both, sizes, strict=True)]
-        rows = np.concatenate([np.zeros(0, DETECTION), *parts[0], *parts[1]])
+        for some, color in zip(parts, colors, strict=True):
+            for row in some:
+                row['color'] = color
+        rows = np.concatenate([np.zeros(0, DETECTION), *chain(*parts)])
         tracks = tracker.update(Detections(rows, round(k * 1e9 / RATE))).rows
+        if pauses:
+            tracker.update(Detections(rows[:0], round((k + 0.5) * 1e9 / RATE)))
         if k in (RATE // 2, FRAMES - 1):
             nearest = np.abs(both[:, None] - tracks['u']).argmin(axis=1)
             names.append(tracks['track_id'][nearest].tolist())
@@ -60,4 +70,18 @@ def test_two_that_turn_behind_a_post_come_out_as_themselves(sizes):
 def test_two_of_one_size_that_pass_each_other_behind_a_post_are_not_exchanged(seed):
     u = np.stack([320 - 150 * T, 320 + 130 * T], axis=1)
     start, end = play(u, (20.0, 20.0), seed)
+    assert start == end
+
+
+def test_a_detector_that_looks_at_every_second_picture_tells_them_apart():
+    way = np.abs(T) * 190
+    u = np.stack([312 - way, 332 + way], axis=1)
+    start, end = play(u, (24.0, 16.0), pauses=True)
+    assert start == end
+
+
+def test_one_of_another_color_between_two_that_turn_is_none_of_them():
+    way = np.abs(T) * 150
+    u = np.stack([308 - way, 328 + way, 330 + way], axis=1)
+    start, end = play(u, (16.0, 24.0, 20.0), colors=(1, 1, 2))
     assert start == end
