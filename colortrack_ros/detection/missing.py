@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from colortrack_ros.detection.cells import lab_of_cells
 from colortrack_ros.detection.extent import SHAPE
 from colortrack_ros.detection.growth import FEWEST_PIXELS
+from colortrack_ros.detection.growth import NEAR
 from colortrack_ros.detection.growth import nearest_sample
 from colortrack_ros.detection.lab import rgb_from_lab
 from colortrack_ros.detection.lab import Triple
@@ -40,10 +41,14 @@ def why_missing(color: ReferenceColor, counts: NDArray[np.float64]) -> str:
 
 
 def _nearest(counts: NDArray[np.float64], lab: Triple) -> tuple[tuple[int, int, int], int]:
-    """The frequent color, r, g, b, nearest to a given one, and how many pixels are much nearer."""
+    """The frequent color, r, g, b, nearest to a given one, and how many pixels are much nearer.
+
+    These are 0 if none is of the color itself: then they are of another thing, which is shaded.
+    """
     (filled,) = counts.nonzero()
     number, color = counts[filled], lab_of_cells(filled)
     away = nearest_sample(color, (lab,), SHAPE)
     best = np.where(number >= min(FEWEST_PIXELS, number.max()), away, np.inf).argmin()
     red, green, blue = rgb_from_lab(color[best]).tolist()
-    return (red, green, blue), round(number[away < MUCH_NEARER * away[best]].sum())
+    few = number[away < MUCH_NEARER * away[best]].sum() if away.min() < NEAR else 0
+    return (red, green, blue), round(few)

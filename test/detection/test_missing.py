@@ -12,6 +12,14 @@ from colortrack_ros.detection import ReferenceColor
 RED = (200, 40, 35)
 
 
+def trouble(image):
+    """What is told after 3 s of pictures in which red without a tolerance is not found."""
+    detector = Detector(DetectorConfig(colors=(ReferenceColor.from_rgb('red', RED, 0.0),)))
+    for k in range(4):
+        assert len(detector.detect(Frame(image, 'rgb8', k * NANOSECONDS)).rows) == 0
+    return detector.trouble
+
+
 def two_small_balls():
     """Red ones, 5 px wide, before a noisy wall."""
     image = np.full((120, 160, 3), 130.0)
@@ -25,10 +33,15 @@ def two_small_balls():
 
 def test_things_that_are_too_small_are_not_said_to_be_absent_and_what_is_told_finds_them():
     image = two_small_balls()
-    detector = Detector(DetectorConfig(colors=(ReferenceColor.from_rgb('red', RED, 0.0),)))
-    for k in range(4):
-        assert len(detector.detect(Frame(image, 'rgb8', k * NANOSECONDS)).rows) == 0
-    assert 'px of the picture, too few to find how far it extends' in detector.trouble
+    assert 'px of the picture, too few to find how far it extends' in trouble(image)
     color = ReferenceColor.from_rgb('red', RED, 40.0)
     told = DetectorConfig(colors=(color,), erosion_size=1, min_area=4)
     assert len(Detector(told).detect(Frame(image, 'rgb8')).rows) == 2
+
+
+def test_a_shaded_ball_of_another_color_is_not_said_to_be_one_that_is_too_small():
+    v, u = np.mgrid[-60:60, -80:80] / 8
+    light = np.sqrt(np.maximum(1 - u * u - v * v, 0))[..., None]
+    image = np.where(light > 0, np.array([200, 90, 60]) * (0.35 + 0.65 * light), 120.0)
+    image += np.random.default_rng(1).normal(0, 4, image.shape)
+    assert 'red is not in the picture' in trouble(image.clip(0, 255).astype(np.uint8))
