@@ -9,6 +9,7 @@ them (little-endian, fixed offsets), so a message takes a single copy of the arr
 
 from dataclasses import dataclass
 from dataclasses import field
+import reprlib
 from typing import Any
 from typing import Protocol
 
@@ -206,7 +207,8 @@ class Detections:
         rows['score'] = given_for_each(scores, 'scores', len(z))
         given = given_for_each(colors, 'colors', len(z))
         if not np.all((given == np.floor(given)) & (given < 1 << 32)):
-            raise ValueError(f'colors: expected whole numbers below 2^32, got {colors!r}')
+            shown = reprlib.repr(colors)
+            raise ValueError(f'colors: expected whole numbers below 2^32, got {shown}')
         rows['color'] = given
         return cls(rows, stamp, image_size=given_size(image_size))
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 def given_table(values: ArrayLike, name: str, columns: tuple[str, ...]) -> NDArray[np.float64]:
     """The values as an array, (N, number of columns); without rows if there are none.
 
-    :raises ValueError: they have another shape, or are no numbers.
+    :raises ValueError: they have another shape, or are not numbers.
     """
     expected = f'{name}: expected an array (N, {len(columns)}): {", ".join(columns)}'
     try:
@@ -34,7 +34,7 @@ def given_for_each(values: ArrayLike, name: str, count: int) -> NDArray[np.float
     except ValueError:
         raise ValueError(f'{name}: expected numbers, got {reprlib.repr(values)}') from None
     if given.dtype.kind not in 'iufb' or np.any(given < 0):
-        raise ValueError(f'{name}: expected numbers from 0, got {values!r}')
+        raise ValueError(f'{name}: expected numbers from 0, got {reprlib.repr(values)}')
     if given.ndim and given.shape != (count,):
         raise ValueError(f'{name}: expected one, or one for each of {count}, got {given.shape}')
     return np.asarray(given, np.float64)
@@ -43,9 +43,11 @@ def given_for_each(values: ArrayLike, name: str, count: int) -> NDArray[np.float
 def given_size(values: object) -> tuple[int, int]:
     """Width and height of a picture [px].
 
-    :raises ValueError: they are no two whole numbers from 0.
+    :raises ValueError: they are not two whole numbers from 0.
     """
-    if not isinstance(values, (tuple, list, np.ndarray)) or len(values) != 2:
+    if isinstance(values, np.ndarray):
+        values = values.tolist()
+    if not isinstance(values, (tuple, list)) or len(values) != 2:
         raise ValueError(f'image_size: expected (width, height), got {reprlib.repr(values)}')
     width, height = given_for_each(values, 'image_size', 2)
     if not (width.is_integer() and height.is_integer()):
