@@ -210,8 +210,8 @@ def _ready(records: Records, stamp: int, patience: float) -> tuple[Indices, Indi
     :param patience: time after which a rival that is gone is forgotten [s].
     """
     one = records['rival'].nonzero()[0]
-    other, _ = rows_of(records, records['rival'][one])  # any row for one that is gone
-    gone = records['rival'][other] != records['track_id'][one]
+    other, there = rows_of(records, records['rival'][one])
+    gone = ~there | (records['rival'][other] != records['track_id'][one])
     late = (stamp - records['met'][one]) / NANOSECONDS > patience
     records['rival'][one[gone & late]] = 0
     scans = np.minimum(records['scans'][one], records['scans'][other])

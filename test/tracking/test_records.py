@@ -7,8 +7,11 @@ import pytest
 
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.motion.constant_velocity import ConstantVelocity
+from colortrack_ros.estimation.records import Records
+from colortrack_ros.estimation.track_table import COMMON
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.camera import Camera
+from colortrack_ros.tracking.crossings import _ready
 from colortrack_ros.tracking.lines import add_to_lines
 from colortrack_ros.tracking.lines import fit_lines
 from colortrack_ros.tracking.recent import Recent
@@ -83,3 +86,10 @@ def test_a_motion_that_stays_becomes_the_tracks_own_and_leaves_them_where_they_a
     place, speed = (records['probe'] - before['probe'])[:, :, :, 0].swapaxes(0, 1)
     np.testing.assert_allclose(speed, [way, way])
     np.testing.assert_allclose(place, -4 * PERIOD * speed)
+
+
+def test_a_track_whose_rival_is_gone_is_not_compared_with_its_rival_before_that():
+    records = Records([*COMMON, *FIELDS], 2)
+    records['track_id'], records['rival'], records['scans'] = [1, 3], [2, 1], 6
+    one, other = _ready(records, 0, 1.0)
+    assert len(one) == len(other) == 0
