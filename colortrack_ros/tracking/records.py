@@ -78,9 +78,9 @@ hidden_share: share of the objects lost there that are hidden.
 leaving: rate at which objects that go where it went leave the picture [1/s], see traffic.
 shared: stamp of the last frame in which it shared its detection, see unresolved; 0 for none [ns].
 rival: ID of the track that it may have swapped detections with, 0 for none.
-met, apart: stamps of the first and the last frame in which the two were close [ns].
+met, apart: stamps of the first and the last frame in which the two were close, or hidden [ns].
 before, before_cov, before_size: predicted state at the first, its covariance, and its size [px].
-sums: of the weighted line through its scans measurements since the last, see crossings.
+sums: of the weighted line through its scans measurements since the last, see lines.
 size_log_ratio: sum over those of the log-likelihood ratio of its sizes, own over rival's.
 unsettled: covariance of the velocity due to maneuvers that hardly show yet [px^2/s^2].
 stray_at, strays, aside: stamp of its last stray [ns], how many on end went further and further

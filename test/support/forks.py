@@ -147,7 +147,7 @@ def nursery() -> Nursery:
 def _serve(requests: socket.socket) -> Callable[[dict[str, str]], None] | None:
     """Fork for each request; in the child return what it has to do, at the end nothing.
 
-    The end is when whoever asks is gone. Were he killed, his nodes would run on without him.
+    The end is when the process that asks is gone: if it was killed, nothing else ends its nodes.
     """
     children: dict[int, tuple[int, int]] = {}
     while True:
