@@ -194,9 +194,11 @@ def tell_apart(
     ratio = _compare(records, one, other, chance, prediction, stamp)
     steady = chance < UNSTEADY
     ratio *= steady
-    ratio += records['size_log_ratio'][one] + records['size_log_ratio'][other]
+    sizes, says_nothing = _ratio_of_sizes(records['size_log_ratio'], one, other), ratio == 0
+    ratio += sizes
+    says_nothing &= records['size_log_ratio'][one] == 0
     scans = np.minimum(records['scans'][one], records['scans'][other])
-    decided = (np.abs(ratio) > CLEAR) | (scans >= MOST_SCANS) | (ratio == 0)
+    decided = (np.abs(ratio) > CLEAR) | (scans >= MOST_SCANS) | says_nothing
     exchanged = (ratio < np.where(steady, 0.0, -CLEAR))[decided]
     one, other = one[decided], other[decided]
     if np.count_nonzero(exchanged):
@@ -232,6 +234,18 @@ def _sum_up_sizes(records: Records, track: Indices, sizes: Sizes, stamp: int) ->
     size = records['box_size'][mine]
     own, other = (sizes.log_fit(records['before_size'][rows], size) for rows in (mine, theirs))
     records['size_log_ratio'][mine] += own - other
+
+
+def _ratio_of_sizes(each: Floats, one: Indices, other: Indices) -> Floats:
+    """Log-likelihood ratio of the sizes of rivals, (P,): negative only if both say so.
+
+    Of two that have grown since, as before a robot that drives, the small one may look as the large
+    one did, but not the large one as the small one did.
+
+    :param each: (N,) of each track, own over rival's.
+    """
+    both = each[one] + each[other]
+    return np.where(np.maximum(each[one], each[other]) < 0, both, np.maximum(both, 0.0))
 
 
 def _compare(

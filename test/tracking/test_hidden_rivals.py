@@ -32,15 +32,17 @@ def pieces(center, size, rng):
     return rows
 
 
-def play(u, sizes, seed=0, colors=(1, 1), *, pauses=False):
+def play(u, sizes, seed=0, colors=(1, 1), *, growth=0.0, pauses=False):
     """Return the IDs of N on a line, u (FRAMES, N) [px], at the start and at the end.
 
+    :param growth: of all sizes [1/s].
     :param pauses: whether an empty message follows each.
     """
     rng, names = np.random.default_rng(seed), []
     tracker = Tracker(TrackerConfig(image_size=(640, 480)))
     for k, both in enumerate(u):
-        parts = [pieces(np.array([x, 240.0]), s, rng) for x, s in zip(both, sizes, strict=True)]
+        now = np.array(sizes) * np.exp(growth * T[k])
+        parts = [pieces(np.array([x, 240.0]), s, rng) for x, s in zip(both, now, strict=True)]
         for some, color in zip(parts, colors, strict=True):
             for row in some:
                 row['color'] = color
@@ -77,6 +79,12 @@ def test_a_detector_that_looks_at_every_second_picture_tells_them_apart():
     way = np.abs(T) * 190
     u = np.stack([312 - way, 332 + way], axis=1)
     start, end = play(u, (24.0, 16.0), pauses=True)
+    assert start == end
+
+
+def test_two_that_pass_each_other_behind_a_post_and_come_nearer_are_not_exchanged():
+    u = np.stack([320 + 110 * T, 320 - 99 * T], axis=1)
+    start, end = play(u, (20.0, 30.0), growth=0.4)
     assert start == end
 
 
