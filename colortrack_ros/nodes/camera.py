@@ -210,13 +210,13 @@ class CameraNode(ManagedNode[CameraSetup]):
 
     def _pace(self, stamp: int) -> None:
         """Wait until a frame is due: that of a recording when its stamp says."""
+        last, self._paced = self._paced, stamp
         if self.setup.as_consumed:
             if self._is_answered():
                 self._window.send(stamp)
         elif self.setup.rate > 0.0:
             self._pacer.pace(1.0 / self.setup.rate)
         elif not self._grabber.live:
-            last, self._paced = self._paced, stamp
             gap = (stamp - last) / NANOSECONDS if last is not None else 0.0
             if gap > MOST_SILENCE:
                 self.get_logger().warning(
