@@ -62,9 +62,9 @@ def _found_twice(rows: NDArray[np.void], stated: Bools, noise: float) -> Bools:
     values = np.stack([np.asarray(rows[name], np.float64) for name in fields], axis=1)
     usable = (np.abs(values) <= LARGEST_SQUARE).all(axis=1)
     one, two = (usable & stated).nonzero()[0], (usable & ~stated).nonzero()[0]
+    values[~usable] = np.nan
     z, corner, size, variance = np.split(values, 4, axis=1)
-    middle = np.full(z.shape, np.nan)
-    middle[usable] = np.where(size > 0, corner + (size - 1) / 2, z)[usable]
+    middle = np.where(size > 0, corner + (size - 1) / 2, z)
     half = _half(size[one], variance[one] + noise**2)
     first, second = points_inside(middle[one], half, middle[two], MOST_FOUND)
     first, second = one[first], two[second]
