@@ -179,9 +179,10 @@ def tell_apart(
     :param pairs: the measurements of this frame.
     """
     records, stamp = tracks.records, prediction.step.now
-    if len(pairs.track) < len(records) and prediction.sized and not prediction.step.pauses:
+    rival = records['rival']
+    if pairs.track.size < rival.size and prediction.sized and not prediction.step.pauses:
         remember_hidden(records, prediction, SCANS)
-    if not np.count_nonzero(records['rival']):
+    if not np.count_nonzero(rival):
         return
     add_to_lines(records, pairs, stamp)
     if prediction.sized:
