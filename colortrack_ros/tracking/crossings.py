@@ -20,8 +20,8 @@ from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import rows_of
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.config import TrackerConfig
-from colortrack_ros.tracking.hidden_rivals import is_free
 from colortrack_ros.tracking.hidden_rivals import remember_hidden
+from colortrack_ros.tracking.hidden_rivals import rivals
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.lines import add_to_lines
@@ -155,7 +155,7 @@ def _remember(prediction: Prediction, one: Indices, other: Indices) -> None:
     fit = (records['state'] != TENTATIVE) & (records['hits'] >= ESTABLISHED)
     fit = fit[one] & fit[other]
     ids = records['track_id']
-    free = is_free(records)
+    _, free = rivals(records)
     new = fit & free[one] & free[other]
     mean, cov = prediction.bank.estimate()
     fresh = one[new]
@@ -213,8 +213,7 @@ def _ready(records: Records, stamp: int, patience: float) -> tuple[Indices, Indi
     :param patience: time after which a rival that is gone is forgotten [s].
     """
     one = records['rival'].nonzero()[0]
-    other, there = rows_of(records, records['rival'][one])
-    gone = ~there | (records['rival'][other] != records['track_id'][one])
+    other, gone = (column[one] for column in rivals(records))
     late = (stamp - records['met'][one]) / NANOSECONDS > patience
     records['rival'][one[gone & late]] = 0
     scans = np.minimum(records['scans'][one], records['scans'][other])

@@ -24,10 +24,13 @@ OTHER_COLOR = 1e9
 than any two tracks may be apart. Chosen."""
 
 
-def is_free(records: Records) -> Bools:
-    """Which tracks, (N,), have no rival, or one that is gone, for good or for a while."""
+def rivals(records: Records) -> tuple[Indices, Bools]:
+    """The rows of the rivals of tracks, (N,), and which have none, or one that is gone, (N,).
+
+    The rows of those that have none are any.
+    """
     row, there = rows_of(records, records['rival'])
-    return ~there | (records['rival'][row] != records['track_id'])
+    return row, ~there | (records['rival'][row] != records['track_id'])
 
 
 def remember_hidden(records: Records, prediction: Prediction, hits: int) -> None:
@@ -41,10 +44,9 @@ def remember_hidden(records: Records, prediction: Prediction, hits: int) -> None
     known &= (prediction.size[:, 0] > 0) & ~records['outside']
     known &= records['left'] <= records['updated']  # a known turn takes away, but hides nothing
     cut = either_axis(records['box_size'] < prediction.size - prediction.slack)
-    hidden, free = known & (unseen | cut), is_free(records)
+    hidden, (row, free) = known & (unseen | cut), rivals(records)
     lost = hidden & free & (records['met'] <= records['updated'])
     _keep_what_was(records, prediction, lost.nonzero()[0])
-    row, _ = rows_of(records, records['rival'])
     undecided = hidden & hidden[row] & (records['scans'] == 0)
     one, other = _may_have_met(prediction, (hidden & (free | undecided)).nonzero()[0])
     some = unseen[one] | unseen[other]
