@@ -42,7 +42,6 @@ class MarkerWriter:
         """Note that the markers of this frame are not published: the next ones will replace all
         earlier ones.
         """
-        self._shown.clear()
         self._afresh = True
 
     def write(self, tracks: Tracks, scale: float) -> bytes:

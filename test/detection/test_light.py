@@ -55,6 +55,8 @@ def test_a_color_whose_tolerance_is_estimated_is_left_to_that():
         moved = follower.follow(seen, np.arange(2), k * NANOSECONDS) or moved
     assert moved[0] is sought
     assert moved[1].lab[0] < 55
+    alone = ColorFollower((sought,), 50.0)
+    assert not any(alone.follow(seen[:1], np.zeros(1, int), k * NANOSECONDS) for k in range(60))
 
 
 @pytest.mark.slow

@@ -225,6 +225,20 @@ def test_the_median_of_five_is_the_median():
     np.testing.assert_array_equal(_median_of_five(*samples), np.median(samples, axis=0))
 
 
+def test_what_was_there_before_a_long_rest_is_still_background():
+    """The recent background takes it in, the lasting one keeps what is behind it."""
+    wall, nothing = np.full((40, 50, 3), 100, np.uint8), LabelImage(np.zeros((1, 8), np.uint8), 1)
+    rested = wall.copy()
+    rested[10:20, 10:20] = 200
+    model = BackgroundModel()
+    for k in range(160):
+        picture = wall if k < 40 else rested
+        model.follow(picture, k * NANOSECONDS // 10, find_blobs(nothing, 1), 1.0)
+    assert model.difference(wall).max() < 30  # twelve seconds' worth
+    assert model.difference(rested).max() < 8
+    assert np.abs(wall.astype(int) - model.recent).max() > 90
+
+
 @pytest.mark.parametrize('channels', [1, 3])
 @pytest.mark.parametrize('threshold', [0.0, 8.0, 8.4, 84.0, 250.0])
 def test_all_pixels_and_single_ones_are_compared_with_the_background_alike(

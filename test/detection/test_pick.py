@@ -142,6 +142,18 @@ def test_a_climb_ends_where_all_is_of_one_color(rgb):
         assert own_color_at(picture, u, v, lab) == (u, v)
 
 
+@pytest.mark.parametrize('turn', range(4))
+def test_a_climb_begins_at_any_border(turn):
+    rgb = np.full((20, 60, 3), 255, np.uint8)
+    rgb[..., 1:] = np.linspace(200, 0, 60)[None, :, None]
+    place = np.zeros((20, 60), bool)
+    place[10, 0] = True
+    turned, ((v, u),) = np.rot90(rgb, turn), np.argwhere(np.rot90(place, turn)).tolist()
+    lab = tuple(lab_from_rgb(turned[v, u]).tolist())
+    ended = own_color_at(np.ascontiguousarray(turned), u, v, lab)
+    assert turned[ended[::-1]][1] < 10
+
+
 def test_gray_has_no_color_of_its_own_elsewhere():
     rgb = np.full((20, 30, 3), 128, np.uint8)
     rgb[:, 15:] = 255, 0, 0

@@ -68,9 +68,11 @@ def test_noise_is_measured_on_what_is_even(sigma):
     assert 0.8 * sigma < noise < 1.05 * sigma
 
 
-def test_what_the_camera_cuts_off_tells_nothing_of_noise():
+@pytest.mark.parametrize('end', ['dark', 'bright'])
+def test_what_the_camera_cuts_off_tells_nothing_of_noise(end):
     image = picture(np.random.default_rng(2), 8)
     image[:, 100:] = np.where(image[:, 100:] < 150, 0, image[:, 100:] - 150)
+    image = 255 - image if end == 'bright' else image
     assert 0.8 * 8 < color_noise(image) < 1.05 * 8
 
 

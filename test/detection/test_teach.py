@@ -130,6 +130,26 @@ def test_what_has_the_color_and_is_not_it_is_told_by_its_size_or_its_shape(width
     assert columns(frame, picked) == [0]
 
 
+def test_a_box_shows_the_ellipse_inside():
+    mask = Example(squares(RED), (10, 30, 40, 60)).part().mask
+    assert mask.shape == (60, 40)
+    assert not mask[[0, 0, -1, -1], [0, -1, 0, -1]].any()
+    assert mask[[0, -1, 30, 30, 30], [20, 20, 0, -1, 20]].all()
+    assert mask.mean() == pytest.approx(np.pi / 4, rel=0.02)
+
+
+@pytest.mark.parametrize('turn', range(4))
+def test_a_click_in_a_corner_shows_the_pixels_around_it(turn):
+    image = np.full((60, 80, 3), WALL, np.uint8)
+    image[:20, :20] = RED
+    corner = np.zeros((60, 80), bool)
+    corner[0, 0] = True
+    ((v, u),) = np.argwhere(np.rot90(corner, turn)).tolist()
+    part = Example(Frame(np.ascontiguousarray(np.rot90(image, turn)), 'rgb8'), (u, v, 1, 1)).part()
+    assert part.shown.size == 16
+    assert part.mask.sum() == 400
+
+
 def test_what_fills_the_pictures_is_refused_with_what_to_do():
     wall = Frame(np.full((60, 80, 3), 170, np.uint8))
     with pytest.raises(ValueError, match='fills the pictures: give examples of what is not it'):

@@ -173,6 +173,11 @@ def test_a_calibration_is_stored_in_a_file_alone(tmp_path: Path, kind: str):
         save_camera_info(str(path), CameraInfo())
 
 
+def test_a_calibration_without_a_place_is_not_stored():
+    with pytest.raises(ValueError, match=r'^expected the path of a file .* got none$'):
+        save_camera_info('', CameraInfo())
+
+
 @pytest.mark.slow
 def test_a_calibration_larger_than_is_read_is_not_stored(tmp_path: Path):
     with pytest.raises(ValueError, match='at most 65536 bytes'):

@@ -56,12 +56,12 @@ def test_three_markers_for_a_track_in_metres():
 
 
 def test_markers_are_as_large_as_their_track_and_green_or_amber():
-    """Sizes are shares of the height of the box, here 10 px of 0.1 m."""
-    ellipse, arrow, text = written(begun(), tracks(7), 0.1)
-    assert np.isclose(ellipse.scale.z, 0.01)
-    assert np.allclose([arrow.scale.x, arrow.scale.y, arrow.scale.z], [0.05, 0.1, 0])
-    assert np.isclose(text.scale.z, 0.5)
-    assert np.allclose([text.pose.position.x, text.pose.position.y], [3, 4 - 0.75])
+    """Sizes are shares of the height of the box, here 10 px of 0.2 m."""
+    ellipse, arrow, text = written(begun(), tracks(7), 0.2)
+    assert np.isclose(ellipse.scale.z, 0.02)
+    assert np.allclose([arrow.scale.x, arrow.scale.y, arrow.scale.z], [0.1, 0.2, 0])
+    assert np.isclose(text.scale.z, 1)
+    assert np.allclose([text.pose.position.x, text.pose.position.y], [6, 8 - 1.5])
     color = ellipse.color
     assert np.allclose([color.r, color.g, color.b, color.a], [0.1, 0.8, 0.2, 0.8])
     color = written(begun(), tracks(7, state=COASTING), 0.1)[0].color
