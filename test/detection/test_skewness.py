@@ -61,6 +61,15 @@ def test_what_a_color_is_first_seen_with_is_usual_and_what_is_cut_later_is_not()
     assert known < 0.3 * three_fold_skewness(cut)
 
 
+def test_a_color_of_several_shapes_has_a_wide_range_of_usual_ones():
+    usual, wholly = UsualSkewness(1), np.array([True])
+    outlines = regular(40), regular(40)[:20], regular(3)
+    shapes = [blobs_of(outline)[0] for outline in outlines]
+    for k in range(60):
+        known = usual.beyond(shapes[k % 3], wholly, k * NANOSECONDS)
+    assert known < 0.3 * three_fold_skewness(shapes[2])
+
+
 def test_a_pause_teaches_no_more_than_a_second():
     usual = UsualSkewness(1)
     whole, cut = blobs_of(regular(40))[0], blobs_of(regular(3))[0]
