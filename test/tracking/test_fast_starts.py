@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 from support.silhouettes import message
+from support.silhouettes import points
 from support.silhouettes import RATE
 
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.tracking import Tracker
 
 
@@ -63,6 +65,22 @@ def test_three_colors_are_no_line():
         z = np.append(places, [[1000.0 - 45 * k, 330]], axis=0)
         rows = tracker.update(message(z, 60 + k, [0] * 6 + [k + 1])).rows
     assert np.count_nonzero(rows['state'] == 1) == 6
+
+
+@pytest.mark.parametrize(
+    ('turn', 'sizes'), [(0, [20, 20, 20]), (45, [20, 20, 20]), (0, [20, 20, 60])]
+)
+def test_three_that_bend_or_differ_in_size_are_no_line(turn, sizes):
+    rng, tracker = np.random.default_rng(0), Tracker()
+    places, angle = standing(tracker, 60, rng), np.radians(turn)
+    way = 60 * np.cumsum([[0, 0], [1, 0], [np.cos(angle), np.sin(angle)]], axis=0)
+    for k in range(3):
+        z = np.append(places, [[600, 330] + way[k]], axis=0)
+        z += rng.normal(0, 1, z.shape)
+        stamp, size = (60 + k) * NANOSECONDS // RATE, np.array([20] * 6 + [sizes[k]])[:, None]
+        rows = tracker.update(points(z, stamp, 1.0, size=size)).rows
+    is_line = turn == 0 and len(set(sizes)) == 1
+    assert np.count_nonzero(rows['state'] == 1) == 6 + is_line
 
 
 @pytest.mark.slow
