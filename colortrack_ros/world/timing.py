@@ -77,8 +77,9 @@ class Timing:
         :param mean: of the time [s], and its variance, if it is as expected.
         """
         learned = self.sigma**2 - variance
-        # what is seen has a square of mean^2 / learned, and the logarithm is half of it at most
-        if mean * mean <= 2 * LIKELIER * learned:
+        # what is seen has a square of mean^2 / learned, and the logarithm is half of it at most;
+        # of a robot that hardly moves nothing is learned, and rounding alone moves the mean
+        if learned <= 0 or mean * mean <= 2 * LIKELIER * learned:
             return False
         narrow = self.sigma**4 / learned
         share = narrow / (narrow - self.sigma**2 + FARTHER_APART**2)

@@ -13,6 +13,7 @@ import world_scene
 import world_strangers
 import world_wrong
 
+from colortrack_ros.world import LocatorConfig
 from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.course import way_at
 from colortrack_ros.world.measurement import expected
@@ -154,3 +155,13 @@ def test_stamps_of_two_cameras_that_are_apart_are_told_before_a_robot_that_stand
     assert 'or those of other cameras, better if their stamps are apart' in out.line
     assert out.when < 1
     assert not out.silent
+
+
+@pytest.mark.parametrize('sigma', [SIGMA, 0.0])
+def test_a_robot_that_all_but_stands_tells_nothing_of_the_time(sigma):
+    """Of 1e-12 m/s by a filter that comes to rest: rounding moves the mean, and nothing is known
+    better; dividing by what was learned, each picture was a fault."""
+    belief = Belief.of(LocatorConfig(stamp_sigma=sigma), 1)
+    belief.errors.mean[:, TIME] = 1e-12
+    timing = Timing(sigma, 1, pytest.fail)
+    assert not timing.changes(belief, view_at(10**9), 0)
