@@ -19,8 +19,9 @@ LONGEST_WAIT = WENT_BACK
 """Longest wait [s] for odometry and other inputs, which robots send at 10 Hz or more. A pose that
 is later still is of no use: it counts as one of a time that has gone back."""
 
-MAX_WAITING = 30
-"""Most detections and depths kept while waiting for their tracks: one second at 30 Hz."""
+MAX_DETECTIONS, MAX_DEPTHS = 300, 30
+"""Most detections and depth pictures kept while waiting for their tracks: at 60 Hz, 5 s and 0.5 s.
+Depths of a second at 1920x1080 would be 500 MB; detections are a few kB. Chosen."""
 
 SAME = 0.02
 """Largest difference between the stamps of a picture and its depths [s]: half a frame at 25 Hz,
@@ -59,12 +60,12 @@ class Waiting:
 
     def put_detections(self, detections: Detections) -> None:
         """Add the detections of a picture."""
-        _keep(self._detections, detections.stamp, detections)
+        _keep(self._detections, detections.stamp, detections, MAX_DETECTIONS)
         self.look()
 
     def put_depth(self, stamp: int, depth: NDArray[np.float32]) -> None:
-        """Add depths, (H, W) [m]."""
-        _keep(self._depths, stamp, depth)
+        """Add depths, (H, W) [m]; they come in order."""
+        _keep(self._depths, stamp, depth, MAX_DEPTHS)
         self.look()
 
     def look(self) -> None:
@@ -86,7 +87,7 @@ class Waiting:
         if stamp not in self._detections:
             return f'no detections came for the tracks of {stamp / NANOSECONDS:.3f} s', True
         depth = self._depth_at(stamp)
-        if self.needs_depth and depth is None and not over:
+        if self.needs_depth and depth is None and not (over or self._missed_depth(stamp)):
             return 'no depths', True
         try:
             view = self._view_at(stamp)
@@ -95,7 +96,8 @@ class Waiting:
         if self.needs_depth and depth is None:
             self._refuse(
                 f'no depth picture came within {SAME} s of the picture of '
-                f'{stamp / NANOSECONDS:.3f} s: depth_topic, or its stamps, are wrong'
+                f'{stamp / NANOSECONDS:.3f} s: depth_topic, or its stamps, are wrong, or it is '
+                'slower'
             )
         self._release(tracks, self._detections.pop(stamp), view, depth)
         return '', False
@@ -106,8 +108,14 @@ class Waiting:
             return None
         return self._depths[near]
 
+    def _missed_depth(self, stamp: int) -> bool:
+        """Whether later depths have come: waiting for those of a time [ns] is in vain."""
+        newest = next(reversed(self._depths), stamp)
+        return newest > stamp + SAME * NANOSECONDS
 
-def _keep(waiting: dict[int, Any], stamp: int, item: Any) -> None:
+
+def _keep(waiting: dict[int, Any], stamp: int, item: Any, most: int) -> None:
+    waiting.pop(stamp, None)  # the newest is the last, also in a bag that loops
     waiting[stamp] = item
-    if len(waiting) > MAX_WAITING:
+    if len(waiting) > most:
         waiting.pop(next(iter(waiting)))

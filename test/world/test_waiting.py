@@ -85,7 +85,7 @@ def test_a_depth_picture_of_about_the_same_time_is_taken():
     scene.until, scene.waiting.needs_depth = 100 * MS, True
     scene.put(50)
     assert scene.out == []
-    scene.waiting.put_depth(80 * MS, np.ones((2, 2), np.float32))
+    scene.waiting.put_depth(20 * MS, np.ones((2, 2), np.float32))
     assert scene.out == []
     scene.waiting.put_depth(58 * MS, np.ones((2, 2), np.float32))
     assert scene.out == [(50, 'view at 50', True)]
@@ -108,3 +108,39 @@ def test_tracks_whose_detections_never_come_are_told():
     scene.now = LONGEST_WAIT + 0.1
     scene.waiting.look()
     assert 'no detections came' in scene.refused[0]
+
+
+def test_a_tracker_that_stalls_once_before_a_camera_of_60_hz_costs_no_picture():
+    """Those that waited for detections that had been dropped let the next ones be dropped."""
+    scene = Scene()
+    scene.until = 10_000 * MS
+    stamps = [17 * k for k in range(120)]
+    for stamp in stamps:
+        scene.waiting.put_detections(Detections(stamp=stamp * MS))
+    for stamp in stamps:
+        scene.waiting.put_tracks(Tracks(stamp=stamp * MS))
+    assert [out[0] for out in scene.out] == stamps
+
+
+def test_depths_of_half_the_rate_of_the_pictures_hold_none_up():
+    scene = Scene()
+    scene.until, scene.waiting.needs_depth = 1000 * MS, True
+    for stamp in (0, 33, 66, 99):
+        if stamp in (0, 66):
+            scene.waiting.put_depth(stamp * MS, np.ones((2, 2), np.float32))
+        scene.put(stamp)
+    assert scene.out == [
+        (0, 'view at 0', True), (33, 'view at 33', False), (66, 'view at 66', True)
+    ]  # fmt: skip
+    assert 'slower' in scene.refused[0]
+
+
+def test_depths_of_a_bag_that_loops_are_waited_for_anew():
+    scene = Scene()
+    scene.until, scene.waiting.needs_depth = 1000 * MS, True
+    for stamp in (10, 100, 10):
+        scene.waiting.put_depth(stamp * MS, np.ones((2, 2), np.float32))
+    scene.put(50)
+    assert scene.out == []
+    scene.waiting.put_depth(50 * MS, np.ones((2, 2), np.float32))
+    assert scene.out == [(50, 'view at 50', True)]
