@@ -29,6 +29,7 @@ from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import named
 from colortrack_ros.parameters import parameter
 from colortrack_ros.parameters import part
+from colortrack_ros.world.poses import require_radians
 from colortrack_ros.world.view import View
 from colortrack_ros.world.waiting import Waiting
 
@@ -44,6 +45,10 @@ class MountConfig(Config):
         'As camera_pose, for this camera.',
         limits=(-100.0, 100.0),
     )
+
+    def check(self) -> None:
+        """Check the unit of the angles."""
+        require_radians(self.camera_pose)
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from colortrack_ros.world.course import way_at
 from colortrack_ros.world.poses import NO_ROBOT
 from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.poses import Pose
+from colortrack_ros.world.poses import require_radians
 from colortrack_ros.world.poses import TransformError
 
 STEEPLY = math.cos(math.pi / 4)
@@ -54,6 +55,10 @@ class CameraPoseConfig(OdometryConfig):
         'CameraInfo, and no distortion.',
         read_only=True,
     )
+
+    def check(self) -> None:
+        """Check the unit of the angles."""
+        require_radians(self.camera_pose)
 
 
 class CameraPoses:

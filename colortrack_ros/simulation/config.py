@@ -6,6 +6,7 @@ from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import named
 from colortrack_ros.parameters import parameter
 from colortrack_ros.world.camera import CameraModel
+from colortrack_ros.world.poses import require_radians
 
 SHAPES = ('ball', 'cylinder')
 ROOM_NAMES = ('balls', 'empty')
@@ -130,6 +131,10 @@ class SimulationConfig(Config):
         read_only=True,
     )
     seed: int = parameter(0, 'Of all that is random.', limits=(0, 2**31 - 1), read_only=True)
+
+    def check(self) -> None:
+        """Check the unit of the camera's angles."""
+        require_radians(self.camera_pose)
 
     @property
     def camera(self) -> CameraModel:

@@ -2,6 +2,7 @@
 
 from bisect import bisect_left
 from bisect import insort
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
@@ -148,9 +149,25 @@ OPTICAL = Pose(np.zeros(3), np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]]))
 """Optical frame (x right, y down, z forward) in the body of its camera (x forward, y left, z up),
 REP-103."""
 
+FULL_TURN = 2 * math.pi + 0.01
+"""Largest angle of a camera on a robot [rad], with what somebody rounds off."""
+
 NO_ROBOT = Pose(np.zeros(3), np.eye(3))
 """Base of cameras that are fixed in the room: the fixed frame itself. No odometry tells it, so it
 is known by this object, not by its value, which that of a robot at its start may have, too."""
+
+
+def require_radians(place: Sequence[float]) -> None:
+    """Refuse a camera_pose whose angles can only be in degrees.
+
+    :param place: x, y, z [m], roll, pitch, yaw.
+    :raises ValueError: they are.
+    """
+    if max(map(abs, place[3:])) > FULL_TURN:
+        raise ValueError(
+            f'camera_pose: expected roll, pitch, yaw in rad, -6.28..6.28, got {list(place[3:])}: '
+            'are these degrees?'
+        )
 
 
 def rotation_of(q: Floats) -> Floats:

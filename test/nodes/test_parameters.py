@@ -7,6 +7,8 @@ import pytest
 
 from colortrack_ros.node_kit.live_parameters import descriptor_of
 from colortrack_ros.nodes.locator import LocatorSetup
+from colortrack_ros.nodes.simulator import SimulatorSetup
+from colortrack_ros.nodes.tracker import TrackerSetup
 from colortrack_ros.parameters import build
 from colortrack_ros.parameters import DOCUMENT
 from colortrack_ros.parameters import EXPERT
@@ -82,3 +84,26 @@ def test_names_that_cannot_be_one_are_refused_and_leave_the_default(name, value,
     assert values.get(name) != value
     for each in values:
         table.find(each)
+
+
+IN_DEGREES = [0.1, 0.0, 0.5, 0.0, 15.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ('setup', 'given', 'refused'),
+    [
+        (LocatorSetup, {'camera_pose': IN_DEGREES}, 'camera_pose'),
+        (TrackerSetup, {'camera_pose': IN_DEGREES}, 'camera_pose'),
+        (SimulatorSetup, {'camera_pose': IN_DEGREES}, 'camera_pose'),
+        (
+            LocatorSetup, {'cameras': ['left'], 'left.camera_pose': IN_DEGREES},
+            'left.camera_pose',
+        ),
+    ],
+)  # fmt: skip
+def test_angles_that_can_only_be_degrees_are_refused(setup, given, refused):
+    """Of 15 rad, taken as 2.4, things would be behind the robot."""
+    table = ParameterTable.of(setup)
+    reasons = table.consistent(given, lambda every: build(setup, every))[1]
+    assert list(reasons) == [refused]
+    assert 'are these degrees?' in reasons[refused]
