@@ -49,6 +49,12 @@ HEIGHTLESS = (
 )
 
 
+HIJACKED = (
+    'target_frame {!r} is a frame of the robot, which would be where the target is: the target has '
+    'none in TF; expected a name that nobody else publishes, such as target'
+)
+
+
 @dataclass(frozen=True)
 class LocatorSetup(NodeSetup):
     """The parameters of the locator node."""
@@ -67,6 +73,13 @@ class LocatorSetup(NodeSetup):
         """How things are located: the boxes of networks are not eroded."""
         is_eroded = self.feed.detections.detections_type != BOXES
         return replace(self.config, eroded=self.config.eroded if is_eroded else 0.0)
+
+    @property
+    def hijacks(self) -> str:
+        """The frame of the robot that the target would have in TF; empty if it has its own."""
+        pose, frame = self.feed.pose, self.output.target_frame
+        taken = (pose.fixed_frame, pose.base_frame, pose.camera_frame)
+        return frame if pose.pose_source == 'tf' and frame in taken else ''
 
     @property
     def names(self) -> list[str]:
@@ -100,6 +113,8 @@ class LocatorNode(ManagedNode[LocatorSetup]):
             self.get_logger().warning(MAP_JUMPS)
         if names := ', '.join(setup.config.heightless):
             self.get_logger().warning(HEIGHTLESS.format(names))
+        if frame := setup.hijacks:
+            self.get_logger().error(HIJACKED.format(frame))
         self.health = Health(self, objects=lambda: self._output.alive)
         self._locator = Locator(setup.seen_as, self.health.refuse, len(feeds))
         self._calibrations = CalibrationWatch()
@@ -115,8 +130,9 @@ class LocatorNode(ManagedNode[LocatorSetup]):
             for camera, feed in enumerate(feeds)
         ]  # fmt: skip
         self._output = LocationsOutput(
-            self, setup.output, setup.names, tf=setup.feed.pose.pose_source == 'tf'
-        )
+            self, setup.output, setup.names,
+            tf=setup.feed.pose.pose_source == 'tf' and not setup.hijacks,
+        )  # fmt: skip
         self.create_subscription(String, '~/select', self._select, 10)
         self.create_timer(IDLE, self._look, clock=STEADY)
 

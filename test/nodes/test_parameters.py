@@ -107,3 +107,16 @@ def test_angles_that_can_only_be_degrees_are_refused(setup, given, refused):
     reasons = table.consistent(given, lambda every: build(setup, every))[1]
     assert list(reasons) == [refused]
     assert 'are these degrees?' in reasons[refused]
+
+
+@pytest.mark.parametrize('frame', ['odom', 'base_footprint', 'optical'])
+def test_a_target_has_no_frame_that_is_one_of_the_robot(frame):
+    """As base_link it moved the robot to where the target is, for all that look it up in TF."""
+    given = {'target_frame': frame, 'base_frame': 'base_footprint', 'camera_frame': 'optical'}
+    assert locator_setup(given | {'pose_source': 'tf'}).hijacks == frame
+    assert not locator_setup(given).hijacks
+    assert not locator_setup(given | {'pose_source': 'tf', 'target_frame': 'target'}).hijacks
+
+
+def locator_setup(given):
+    return build(LocatorSetup, ParameterTable.of(LocatorSetup).defaults(given))
