@@ -36,6 +36,7 @@ class LocationsOutputConfig(Config):
     select: str = parameter(
         'nearest',
         'Which object is the target: nearest, largest, oldest, most_certain, a color, or an ID.',
+        int_is_text=True,
     )
     predict_to_now: bool = parameter(
         False, 'Whether objects are published where they are now, not when the picture was taken.'

@@ -74,6 +74,7 @@ class FollowerSetup(NodeSetup):
     select: str = parameter(
         'nearest',
         'Which object is the target: nearest, largest, oldest, most_certain, a color, or an ID.',
+        int_is_text=True,
     )
     colors: tuple[str, ...] = parameter(
         str, "Names of the detector's colors, in its order, for select."

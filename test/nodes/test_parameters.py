@@ -6,6 +6,7 @@ from parameter_pages import NODES
 import pytest
 
 from colortrack_ros.node_kit.live_parameters import descriptor_of
+from colortrack_ros.nodes.follower import FollowerSetup
 from colortrack_ros.nodes.locator import LocatorSetup
 from colortrack_ros.nodes.simulator import SimulatorSetup
 from colortrack_ros.nodes.tracker import TrackerSetup
@@ -120,3 +121,11 @@ def test_a_target_has_no_frame_that_is_one_of_the_robot(frame):
 
 def locator_setup(given):
     return build(LocatorSetup, ParameterTable.of(LocatorSetup).defaults(given))
+
+
+@pytest.mark.parametrize('setup', [LocatorSetup, FollowerSetup])
+def test_an_id_is_selected_without_quotes_as_well(setup):
+    """As ``ros2 param set /locator select 7`` gives it."""
+    table = ParameterTable.of(setup)
+    values, refused = table.consistent({'select': 7}, lambda every: build(setup, every))
+    assert (values['select'], refused) == ('7', {})
