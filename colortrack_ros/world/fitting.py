@@ -1,4 +1,4 @@
-"""Detections and depths that are of another picture than that of the calibration."""
+"""Detections and depths that are of another picture than that of the calibration, or in no unit."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,6 +9,13 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Detections
 from colortrack_ros.world.view import View
 
+SAMPLED = 16
+"""Of the pixels of a depth picture along each axis, one in so many tells its unit. Chosen."""
+
+SHALLOWEST, DEEPEST = 0.03, 200.0
+"""Medians of depth pictures [m] beyond which they are in another unit: rooms in m are taken for 1
+to 20 mm, and, in mm, for 200 m or more from 0.2 m on. Depth cameras measure from 0.07 m on."""
+
 
 def fitting(
     detections: Detections,
@@ -16,7 +23,7 @@ def fitting(
     view: View,
     tell: Callable[[str], object],
 ) -> tuple[Detections, NDArray[np.float32] | None]:
-    """Return the detections, none if one is outside the picture, and its depths, None if unaligned.
+    """Return the detections, none if one is outside the picture, and its depths, None if unusable.
 
     :param depth: (H, W) [m], or None.
     :param tell: receives a line about what does not fit.
@@ -24,7 +31,7 @@ def fitting(
     if trouble := outside(detections, view):
         tell(trouble)
         detections = replace(detections, rows=detections.rows[:0])
-    if depth is not None and (trouble := misaligned(depth, view)):
+    if depth is not None and (trouble := misaligned(depth, view) or off_scale(depth)):
         tell(trouble)
         depth = None
     return detections, depth
@@ -53,3 +60,18 @@ def misaligned(depth: NDArray[np.float32], view: View) -> str:
         f'depth picture of {width}x{height} pixels: expected the {view.camera.width}x'
         f'{view.camera.height} of CameraInfo; depth_topic is not of pictures aligned with the color'
     )
+
+
+def off_scale(depth: NDArray[np.float32]) -> str:
+    """Report depths, (H, W), that are all holes, or that cannot be in m."""
+    some = depth[::SAMPLED, ::SAMPLED]
+    some = some[(some > 0) & (some < np.inf)]
+    if not len(some) and not ((depth > 0) & (depth < np.inf)).any():
+        return (
+            'depth picture of nothing but holes: all is nearer or farther than its camera '
+            'measures, or its projector is off'
+        )
+    median = float(np.median(some)) if len(some) else SHALLOWEST
+    if SHALLOWEST <= median <= DEEPEST:
+        return ''
+    return f'depth picture of {median:g} m on average: expected mm in 16UC1, m in 32FC1'

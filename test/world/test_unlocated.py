@@ -65,3 +65,39 @@ def test_what_is_too_far_away_is_not_told_of_beside_what_is_located():
 )
 def test_a_color_whose_height_nothing_tells_has_a_name(method, changes, heightless):
     assert config(method, **changes).heightless == heightless
+
+
+@pytest.mark.parametrize('method', ['depth', 'fused'])
+@pytest.mark.parametrize(
+    ('depth', 'line'),
+    [
+        (np.nan, 'of nothing but holes'),
+        (0.0, 'of nothing but holes'),
+        (np.inf, 'of nothing but holes'),
+        (0.003, 'depth picture of 0.003 m on average: expected mm in 16UC1, m in 32FC1'),
+        (2950.0, 'depth picture of 2950 m on average: expected mm in 16UC1, m in 32FC1'),
+    ],
+)
+def test_depths_of_no_camera_are_told_and_not_used(method, depth, line):
+    """In another unit camera_pose was said to be wrong; of holes nothing was told."""
+    told, view = [], view_of(ROBOT, Pose.of_rpy((0.1, 0, 0.5), (0, 0.25, 0)))
+    locator = Locator(config(method), told.append)
+    depths = np.full((480, 640), depth, np.float32)
+    for k in range(1, 4):
+        rows = locator.update(*seen(view, [BALL], k * FRAME), view, depths).rows
+    assert line in told[0]
+    assert len(set(told)) == 1
+    assert len(rows) == (method == 'fused')
+    assert method == 'depth' or np.hypot(rows['x'] - BALL[0], rows['y'] - BALL[1]) < 0.1
+
+
+def test_depths_of_the_object_alone_are_used():
+    told, view = [], view_of(ROBOT, Pose.of_rpy((0.1, 0, 0.5), (0, 0.25, 0)))
+    tracks, detections = seen(view, [BALL], FRAME)
+    blob = detections.rows[0]
+    top, left = int(blob['box_v']), int(blob['box_u'])
+    depths = np.full((480, 640), np.nan, np.float32)
+    depths[top : top + int(blob['box_h']), left : left + int(blob['box_w'])] = 2.8
+    locator = Locator(config('depth'), told.append)
+    assert len(locator.update(tracks, detections, view, depths).rows) == 1
+    assert told == []
