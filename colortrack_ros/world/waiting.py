@@ -52,6 +52,7 @@ class Waiting:
         self._pictures: deque[tuple[Tracks, float]] = deque()
         self._detections: dict[int, Detections] = {}
         self._depths: dict[int, NDArray[np.float32]] = {}
+        self._depth_came = clock()  # or has been waited for since [s]
 
     def put_tracks(self, tracks: Tracks) -> None:
         """Add the tracks of the next picture."""
@@ -66,6 +67,7 @@ class Waiting:
     def put_depth(self, stamp: int, depth: NDArray[np.float32]) -> None:
         """Add depths, (H, W) [m]; they come in order."""
         _keep(self._depths, stamp, depth, MAX_DEPTHS)
+        self._depth_came = self._clock()
         self.look()
 
     def look(self) -> None:
@@ -109,9 +111,12 @@ class Waiting:
         return self._depths[near]
 
     def _missed_depth(self, stamp: int) -> bool:
-        """Whether later depths have come: waiting for those of a time [ns] is in vain."""
-        newest = next(reversed(self._depths), stamp)
-        return newest > stamp + SAME * NANOSECONDS
+        """Whether waiting for depths of a time [ns] is in vain.
+
+        Later ones have come, or, for LONGEST_WAIT, none, as where method fused has no depth camera.
+        """
+        newest, since = next(reversed(self._depths), stamp), self._clock() - self._depth_came
+        return newest > stamp + SAME * NANOSECONDS or not 0 <= since <= LONGEST_WAIT
 
 
 def _keep(waiting: dict[int, Any], stamp: int, item: Any, most: int) -> None:

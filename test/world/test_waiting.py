@@ -144,3 +144,18 @@ def test_depths_of_a_bag_that_loops_are_waited_for_anew():
     assert scene.out == []
     scene.waiting.put_depth(50 * MS, np.ones((2, 2), np.float32))
     assert scene.out == [(50, 'view at 50', True)]
+
+
+def test_without_a_depth_camera_the_first_pictures_wait_for_it_and_no_more():
+    """By method fused all locations were 0.5 s late then, and a robot that follows stood."""
+    scene = Scene()
+    scene.until, scene.waiting.needs_depth = 10_000 * MS, True
+    scene.put(0)
+    scene.now = LONGEST_WAIT + 0.1
+    scene.put(700)
+    assert [out[0] for out in scene.out] == [0, 700]
+    scene.waiting.put_depth(710 * MS, np.ones((2, 2), np.float32))
+    scene.put(750)
+    assert [out[0] for out in scene.out] == [0, 700]
+    scene.waiting.put_depth(750 * MS, np.ones((2, 2), np.float32))
+    assert scene.out[-1] == (750, 'view at 750', True)
