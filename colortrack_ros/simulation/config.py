@@ -133,8 +133,9 @@ class SimulationConfig(Config):
     seed: int = parameter(0, 'Of all that is random.', limits=(0, 2**31 - 1), read_only=True)
 
     def check(self) -> None:
-        """Check the unit of the camera's angles."""
+        """Check the unit of the camera's angles, and its calibration."""
         require_radians(self.camera_pose)
+        _ = self.camera  # CalibrationError is a ValueError
 
     @property
     def camera(self) -> CameraModel:

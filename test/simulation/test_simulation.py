@@ -180,6 +180,12 @@ def test_a_path_of_half_a_corner_is_refused_with_what_a_path_is():
         ThingConfig(path=(1.0, 2.0, 3.0))
 
 
+def test_a_camera_that_no_calibration_may_have_is_refused_with_the_other_parameters():
+    """So that the node starts with the default, in place of ending."""
+    with pytest.raises(ValueError, match='calibration with fx 30'):
+        SimulationConfig(focal_length=30.0)
+
+
 @pytest.mark.slow
 def test_depths_of_a_stereo_camera_err_with_the_square_and_have_holes_at_edges_and_elsewhere():
     true = room(ThingConfig(path=(2.0, 0.0))).look().depth
