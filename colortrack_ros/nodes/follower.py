@@ -53,6 +53,10 @@ Chosen."""
 LAST_COMMAND = 0.5
 """Time for the stop command to arrive [s], out of the 1.5 s that a node has to shut down."""
 
+FIRST_ODOMETRY = 2.0
+"""Time from its start [s] after which a follower that has objects and no odometry says so: robots
+send it at 10 Hz or more, but who has just come may hear locations first. Chosen."""
+
 LEFT_BY_ROUNDING = 1e-6
 """Share of the larger variance by which a smaller one may be below 0: ten times what single
 precision leaves of a variance of 0."""
@@ -103,7 +107,7 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         self._following = Following(setup.config)
         self._selector = Selector(setup.select, list(setup.colors))
         self._told_following, self._lost = False, -TOLD_APART
-        self._ticked = 0, 0
+        self._ticked, self._began = (0, 0), STEADY.now().nanoseconds
         self.health = Health(
             self, state=lambda: self._following.state, slow=lambda: self._following.slow,
             late=lambda: self._following.turns.line,
@@ -163,7 +167,9 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         self._step()
 
     def _check(self, topic: str, frame_id: str, stamp: int) -> None:
-        """Raise MessageError for a wrong frame or time, or for several publishers of one topic."""
+        """Raise MessageError for a wrong frame or time, for several publishers of one topic, or if
+        there is no odometry.
+        """
         for given in (topic, self.setup.odometry.odometry_topic):
             name = self.resolve_topic_name(given)  # rclpy counts by names before remapping
             if self.count_publishers(name) > 1:
@@ -171,7 +177,13 @@ class FollowerNode(ManagedNode[FollowerSetup]):
                     f'several nodes publish {name}, whose targets or poses would take turns: '
                     'the robot stands until one is left'
                 )
-        wanted = self.setup.odometry.fixed_frame
+        base, wanted = self.setup.odometry.base_frame, self.setup.odometry.fixed_frame
+        awaited = STEADY.now().nanoseconds - self._began
+        if not len(self._poses) and awaited > FIRST_ODOMETRY * NANOSECONDS:
+            raise MessageError(
+                f'no odometry of {base!r} in {wanted!r} has come on {name}: the robot stands until '
+                'it does'
+            )
         if frame_id != wanted:
             raise MessageError(f'they are in {frame_id!r}: expected fixed_frame {wanted!r}')
         age = (self.get_clock().now().nanoseconds - stamp) / NANOSECONDS

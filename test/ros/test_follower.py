@@ -125,6 +125,14 @@ def test_odometry_that_ends_is_told_as_that_and_not_as_stamps_that_stand_still(r
     assert 'the stamps stand still' not in robot.node.output
 
 
+def test_a_robot_without_odometry_is_told_why_it_stands(ros):
+    """As with another odometry_topic, or a locator by TF: diagnostics said that all was well."""
+    robot = Robot(ros)
+    robot.odometry = ros.node.create_publisher(Odometry, 'wheels', 10)
+    assert robot.is_told("no odometry of 'base_link' in 'odom' has come on /odom: the robot stands")
+    assert robot.commands == []
+
+
 def test_a_pose_is_followed_as_well_and_speeds_can_have_a_header(ros):
     robot = Robot(ros, TwistStamped, stamped='true', target_source='pose')
     assert robot.drives(True), ros.outputs()
