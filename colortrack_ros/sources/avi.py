@@ -9,7 +9,7 @@ import numpy as np
 
 from colortrack_ros.files import open_file
 from colortrack_ros.sources.ebml import find
-from colortrack_ros.sources.edit_list import LARGEST_INDEX
+from colortrack_ros.sources.mp4 import LARGEST_INDEX
 
 RIFF_HEADER, CHUNK_HEADER = 12, 8
 """Bytes before the content of the file and of each chunk."""

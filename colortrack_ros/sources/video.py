@@ -14,6 +14,7 @@ from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Now
 from colortrack_ros.sources.edit_list import shown_pictures
 from colortrack_ros.sources.ends import last_picture
+from colortrack_ros.sources.fragments import damaged_fragments
 from colortrack_ros.sources.interlaced import is_unconverted
 from colortrack_ros.sources.matroska import expected_pictures
 from colortrack_ros.sources.picture_size import Size
@@ -195,6 +196,7 @@ class VideoSource(RecordedSource):
         """Raise an error for pictures that the container claims but that were never read."""
         self._ended = True
         counted, indexed = expected_pictures(self._path), indexed_pictures(self._path)
+        counted = counted or damaged_fragments(self._path, self._rate)
         end = last_picture(self._path)
         if counted is not None or indexed is not None:
             self.total, self._estimated = counted or indexed or 0, False

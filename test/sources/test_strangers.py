@@ -207,3 +207,15 @@ def test_bytes_that_are_missing_of_an_avi_file_leave_its_index(tmp_path):
     assert told
     assert source.total == total
     assert source.lost == total - len(frames) > 0
+
+
+@pytest.mark.parametrize('place', [0.35, 0.5])
+def test_fragments_behind_bytes_that_are_missing_are_counted(tmp_path, place):
+    whole = encode(tmp_path / 'whole.mp4', f'{H264} -movflags frag_keyframe+empty_moov')
+    assert watch(whole)[2].lost == 0
+    content = whole.read_bytes()
+    film, size = tmp_path / 'film.mp4', len(content)
+    film.write_bytes(content[: int(place * size)] + content[int((place + 0.1) * size) :])
+    frames, told, source = watch(film)
+    assert told
+    assert (source.total, source.lost) == (100, 100 - len(frames))
