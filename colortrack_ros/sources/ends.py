@@ -27,17 +27,40 @@ def last_picture(path: str) -> float | None:
     """
     try:
         with open_file(path) as file:
-            head = file.read(3 * (TS_PACKET + 4))
-            for first, size in ((0, TS_PACKET), (4, TS_PACKET + 4)):
-                if {head[first + k * size] for k in range(3)} == {TS_SYNC}:
-                    return 0.0
-            if head[: len(PACK)] == PACK:
+            if _packet(file):
+                return 0.0
+            file.seek(0)
+            head = file.read(len(PACK))
+            if head == PACK:
                 return 0.0
             if head[:3] == b'FLV':
                 return _last_of_flv(file)
     except (OSError, ValueError, IndexError):
         pass
     return None
+
+
+def is_cut_off(path: str) -> bool:
+    """Whether a transport stream, which has neither index nor end, ends within a packet."""
+    try:
+        with open_file(path) as file:
+            packet = _packet(file)
+            return packet > 0 and file.seek(0, 2) % packet > 0
+    except (OSError, IndexError):
+        return False
+
+
+def _packet(file: BinaryIO) -> int:
+    """Size of the packets of a transport stream, with a time each in some [bytes]; 0 for others.
+
+    :raises IndexError: if the file is shorter than three.
+    """
+    head = file.read(3 * (TS_PACKET + 4))
+    for first in (0, 4):
+        size = TS_PACKET + first
+        if {head[first + k * size] for k in range(3)} == {TS_SYNC}:
+            return size
+    return 0
 
 
 def _last_of_flv(file: BinaryIO) -> float:

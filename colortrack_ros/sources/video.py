@@ -13,10 +13,12 @@ from colortrack_ros.sources.base import RecordedSource
 from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Now
 from colortrack_ros.sources.edit_list import shown_pictures
+from colortrack_ros.sources.ends import is_cut_off
 from colortrack_ros.sources.ends import last_picture
 from colortrack_ros.sources.fragments import damaged_fragments
 from colortrack_ros.sources.interlaced import is_unconverted
 from colortrack_ros.sources.matroska import expected_pictures
+from colortrack_ros.sources.mp4 import lacks_index
 from colortrack_ros.sources.picture_size import Size
 from colortrack_ros.sources.picture_size import SizeWatch
 
@@ -92,7 +94,7 @@ class VideoSource(RecordedSource):
         self.total = total if shown is None else min(shown, total)
         self._estimated = shown is None
         if not any(self._capture.grab() for _ in range(READ_ON)):
-            raise SourceError(f'source {spec!r}: {_why_unread(self._capture)}')
+            raise SourceError(f'source {spec!r}: {_why_unread(self._capture, spec)}')
         if is_unconverted(spec):
             raise SourceError(
                 f'source {spec!r}: its pictures are interlaced, which OpenCV {cv2.__version__} '
@@ -209,6 +211,12 @@ class VideoSource(RecordedSource):
             raise SourceError(
                 f'{self._path}: should have {self.total} pictures, {missing} more are missing'
             )
+        if is_cut_off(self._path):
+            self.lost += 1
+            raise SourceError(
+                f'{self._path}: is cut off within its last picture; it does not say how many more '
+                'are missing'
+            )
 
     def _is_varying(self) -> bool:
         """Whether pictures at a variable rate fill the duration that gave the estimated total.
@@ -236,9 +244,14 @@ class VideoSource(RecordedSource):
         self._sizes.close()
 
 
-def _why_unread(capture: cv2.VideoCapture) -> str:
+def _why_unread(capture: cv2.VideoCapture, path: str) -> str:
     """Why a file gives no picture, and what to do about it."""
     if not capture.isOpened():
+        if lacks_index(path):
+            return (
+                'its index, which is written last, is missing: the recording was cut off; untrunc, '
+                'for one, makes another from a whole recording of the same camera'
+            )
         return (
             'no video can be read from this file; expected mp4, mkv, avi, mov or another format of '
             'FFmpeg'

@@ -219,3 +219,20 @@ def test_fragments_behind_bytes_that_are_missing_are_counted(tmp_path, place):
     frames, told, source = watch(film)
     assert told
     assert (source.total, source.lost) == (100, 100 - len(frames))
+
+
+@pytest.mark.parametrize('name', ['film.ts', 'film.m2ts'])
+def test_a_stream_that_ends_within_a_packet_is_cut_off(tmp_path, name):
+    film = encode(tmp_path / name)
+    assert watch(film)[1:][0] == []
+    film.write_bytes(film.read_bytes()[:10_001])
+    told, source = watch(film)[1:]
+    assert 'cut off' in told[0]
+    assert source.lost == 1
+
+
+def test_a_film_that_was_cut_off_before_its_index_says_so(tmp_path):
+    film = encode(tmp_path / 'film.mp4')
+    film.write_bytes(film.read_bytes()[:10_001])
+    with pytest.raises(SourceError, match='index'):
+        watch(film)
