@@ -9,6 +9,9 @@ from colortrack_ros.data import TENTATIVE
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 from colortrack_ros.tracking.detection_rate import DetectionRate
+from colortrack_ros.tracking.update import _missed
+from colortrack_ros.tracking.update import DIM
+from colortrack_ros.tracking.update import OUTAGE
 
 
 @pytest.mark.parametrize('chance', [0.5, 0.7, 0.85, 0.95])
@@ -56,3 +59,15 @@ def test_what_a_network_loses_is_shown_for_a_few_frames_only(jitter, least, most
         tracks = tracker.update(jittering(seen, jitter, k, rng)).rows
         shown += k >= 80 and len(tracks) == 5
     assert least <= shown <= most
+
+
+@pytest.mark.parametrize(('hits', 'misses'), [(0, 0), (9, 0), (0, 1), (0, 3), (9, 1), (3, 3)])
+@pytest.mark.parametrize('p', [0.6, 0.95])
+def test_a_miss_says_the_less_the_more_others_are_missed(hits, misses, p):
+    """By Bayes's rule: in an outage each is seen with the probability DIM, else with p."""
+    bright = p**hits * (1 - p) ** misses * (1 - OUTAGE)
+    dim = DIM**hits * (1 - DIM) ** misses * OUTAGE
+    measured = np.array([False] + hits * [True] + misses * [False] + [False, True])
+    visible = np.append(np.ones(hits + misses + 1), [0.5, 0.5])  # the last are not known well
+    expected = (bright * (1 - p) + dim * (1 - DIM)) / (bright + dim)
+    assert _missed(visible, measured, p) == pytest.approx(expected)

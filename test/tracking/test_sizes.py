@@ -9,6 +9,8 @@ from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.measurements import accept
+from colortrack_ros.tracking.sizes import OTHER_SIZE
+from colortrack_ros.tracking.sizes import Sizes
 
 RATE = 30
 
@@ -30,6 +32,19 @@ def play(frames):
     for k, rows in enumerate(frames):
         tracks = tracker.update(Detections(rows, round(k * 1e9 / RATE)))
     return tracker, tracks.rows
+
+
+@pytest.mark.parametrize('alike', [0.0, 0.1, 0.7])
+@pytest.mark.parametrize('off', [(0.0, 0.0), (1.0, -2.0), (60.0, 0.0)])
+def test_a_size_is_as_likely_as_the_density_of_its_errors_over_that_of_others(alike, off):
+    """Errors are normal but for one in 50; others are alike, or evenly 0 to 2 times as large."""
+    sizes, size = Sizes(), np.array([[20.0, 60.0]])
+    sizes.alike = alike
+    slack, (excess,) = sizes.slack(size)[0], np.array([off])
+    own = np.exp(-((excess / slack) ** 2).sum() / 2) / (2 * np.pi * slack.prod())
+    others = alike / (2 * np.pi * slack.prod()) + 1 / (4 * size.prod())
+    expected = np.log(OTHER_SIZE + (1 - OTHER_SIZE) * own / others)
+    assert sizes.log_fit(size, size + off)[0] == pytest.approx(expected)
 
 
 def test_what_has_long_stood_still_and_jumps_is_known_by_its_size():
