@@ -26,11 +26,11 @@ def locations_of_cloud(message: PointCloud2) -> Locations:
     rows = rows_of_cloud(message, LOCATION)
     for name in ('x', 'y', 'z', 'vx', 'vy', 'vz', 'covariance'):
         finite = np.isfinite(rows[name])
-        wrong = ~finite.all(axis=tuple(range(1, finite.ndim)))
-        if wrong.any():
+        if not finite.all():
+            first = rows[np.argwhere(~finite)[0, 0]]
             raise MessageError(
-                f'object {rows["track_id"][wrong][0]}: expected finite numbers, got {name} '
-                f'{rows[name][wrong][0]}'
+                f'object {first["track_id"]}: expected finite numbers, got {name} '
+                f'{first[name][~np.isfinite(first[name])][0]}'
             )
     return Locations(rows, stamp_of(message.header), message.header.frame_id)
 

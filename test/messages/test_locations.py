@@ -38,7 +38,7 @@ def test_x_y_z_come_first_as_rviz_and_nav2_take_them():
 def test_numbers_that_are_not_finite_are_refused_with_the_object(name):
     wrong = locations()
     wrong.rows[name][1] = np.nan
-    with pytest.raises(MessageError, match=f'object 5: expected finite numbers, got {name}'):
+    with pytest.raises(MessageError, match=f'^object 5: expected finite numbers, got {name} nan$'):
         locations_of_serialized_cloud(serialize_message(cloud_of_locations(wrong)))
 
 
