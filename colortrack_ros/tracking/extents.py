@@ -33,14 +33,17 @@ remains so; and towards one that is smaller and does not. Assumed."""
 
 def update_extents(
     tracks: TrackTable[Bank], prediction: Prediction, blobs: Measurements, taken: Hypotheses
-) -> Bools:
-    """Learn extents from blobs with a single track; return (K,) which are complete.
+) -> tuple[Bools, Indices | None]:
+    """Learn extents from blobs with a single track; return which are complete, and which are odd.
 
     While an object comes into view its centroid moves at half its speed.
+
+    :return: (K,) which have the size of their objects; indices of those whose size is another one
+        by more than a pixel, or that are edged, None if there are none, see edges.
     """
     track, blob, records = taken.track, taken.blob, tracks.records
     if not prediction.sized:
-        return np.ones(len(track), bool)
+        return np.ones(len(track), bool), None
     rows = slice(None) if len(track) == len(records) else track
     extent = records['extent'][rows]
     excess = blobs.size.take(blob, axis=0) - prediction.size[rows]
@@ -50,6 +53,8 @@ def update_extents(
     if grows:  # else all are within the tolerance, which is larger
         unlike = either_axis(away > prediction.slack[rows])
         scaled = _scaled(prediction, blobs, taken, away, unlike)
+    watched = grows or np.count_nonzero(records['edged'])
+    odd = _odd(prediction, blobs, taken, away) if watched else None
     now = _followed(prediction, blobs, taken, extent, excess, unlike, scaled)
     if np.count_nonzero(blobs.mixed):
         mixed = blobs.mixed[blob]
@@ -63,29 +68,31 @@ def update_extents(
     if np.count_nonzero(records['partial']):
         records['partial'][track] &= blobs.cut[blob] | unlike[:, None]
     if np.count_nonzero(unlike):
-        growth = total(now) - prediction.size[rows]
-        growth[growth < prediction.slack[rows]] = 0.0
-        tracks.filters.doubt_velocity(track, (growth / 2 / prediction.step.period) ** 2)
-        if not prediction.finds_whole:
-            _doubt_sides(prediction, blobs, taken, extent, excess)
-    return ~unlike
+        _doubt_unlike(tracks, prediction, blobs, taken, extent, total(now))
+    return ~unlike, odd
 
 
-def _doubt_sides(
-    prediction: Prediction, blobs: Measurements, taken: Hypotheses, extent: Floats, excess: Floats
-) -> None:
-    """Publish the error of the extents of what is cut: a side's center has it in every frame.
+def _doubt_unlike(
+    tracks: TrackTable[Bank], prediction: Prediction, blobs: Measurements, taken: Hypotheses,
+    extent: Floats, now: Floats,
+) -> None:  # fmt: skip
+    """Doubt velocities by sudden growth, and publish the error of the extents of what is cut.
 
-    The filter averages it, as it averages noise, but it is the same for as long as the cut lasts.
+    A side's center has that error in every frame. The filter averages it, as it averages noise, but
+    it is the same for as long as the cut lasts.
 
     :param extent: (K, 2, 2) of the objects [px].
-    :param excess: (K, 2) of the sizes of the blobs [px].
+    :param now: (K, 2) their sizes as of this frame [px].
     """
-    cut = excess < -prediction.slack.take(taken.track, axis=0)
+    size, slack = prediction.size[taken.track], prediction.slack[taken.track]
+    growth = np.where(now - size < slack, 0.0, now - size)
+    tracks.filters.doubt_velocity(taken.track, (growth / 2 / prediction.step.period) ** 2)
+    if prediction.finds_whole:
+        return
+    cut = blobs.size[taken.blob] - size < -slack
     cut &= _are_off(prediction, blobs, taken.track, taken.blob, extent)
     cut[blobs.mixed[taken.blob]] = False
-    extent_error = TOLERANCE_SHARE * prediction.size.take(taken.track, axis=0)
-    blobs.systematic[taken.blob] += cut * extent_error**2
+    blobs.systematic[taken.blob] += cut * (TOLERANCE_SHARE * size) ** 2
 
 
 def _followed(
@@ -108,6 +115,21 @@ def _followed(
         of_one = track, taken.blob[one], extent[one], reach[one]
         now[one] = _learn_unlike(prediction, blobs, *of_one, beyond)
     return _uncut(prediction, blobs, taken.blob, now, extent)
+
+
+def _odd(
+    prediction: Prediction, blobs: Measurements, taken: Hypotheses, away: Floats
+) -> Indices | None:
+    """Indices of blobs that a cover may cut, see update_extents().
+
+    Boxes of whole objects, or that jitter, do not show it, nor do those of several.
+
+    :param away: (K, 2) difference of their sizes [px].
+    """
+    if prediction.finds_whole or not prediction.sizes.are_steady:
+        return None
+    odd = either_axis((away > 2 * STEADY_SIDE) | prediction.records['edged'][taken.track])
+    return (odd & ~blobs.mixed[taken.blob]).nonzero()[0]
 
 
 def _scaled(

@@ -10,6 +10,7 @@ from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.records import record_size
 from colortrack_ros.tracking.rectangles import points_inside
+from colortrack_ros.tracking.sizes import both_ways
 from colortrack_ros.tracking.sizes import total
 from colortrack_ros.tracking.splinters import note_hosts
 
@@ -47,6 +48,8 @@ def initiate(
     records['color'] = blobs.rows['color'][new]
     records['extent'] = blobs.reach(new)
     records['partial'] = blobs.cut[new]
+    records['stood'], records['whole'] = blobs.box[new], both_ways(blobs.size[new])
+    records['emerging'] = True
     records['visible'] = NEW
     if prediction.sized:
         _note_repeated(records, prediction)

@@ -35,6 +35,11 @@ FIELDS = [
     ('systematic', 'f8', 2),
     ('growth', 'f8', 2),
     ('partial', '?', 2),
+    ('stood', 'f8', (2, 2)),
+    ('moved', '?', (2, 2)),
+    ('whole', 'f8', (2, 2)),
+    ('emerging', '?', 2),
+    ('edged', '?', 2),
     ('outside', '?'),
     ('visible', 'f8'),
     ('hidden', 'f8'),
@@ -72,6 +77,10 @@ extent: reach of the object to the low and high side, by axis [px], see extents.
 systematic: variance by axis of the error that its centroids have in common [px^2].
 growth: of the extent [1/s].
 partial: never seen completely yet, by axis.
+stood, moved: where the sides of its box were, low and high, by axis, and which have moved [px].
+whole: its size then, by axis, on that axis and on the other one, see edges [px].
+emerging: both sides never have moved, by axis; whole is its size at first.
+edged: one side alone has moved, or a part may be behind a cover, by axis.
 outside: predicted outside the picture.
 visible, hidden: probability that the object exists and is, or is not, visible.
 hidden_share: share of the objects lost there that are hidden.

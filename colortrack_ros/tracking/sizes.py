@@ -51,6 +51,11 @@ def total(extent: Floats) -> Floats:
     return size
 
 
+def both_ways(size: Floats) -> Floats:
+    """Return for each axis the sizes, (K, 2), on it and on the other one, (K, 2, 2)."""
+    return np.asarray(np.stack([size, size[:, ::-1]], axis=2))
+
+
 def tolerance(size: Floats) -> Floats:
     """Return how much the size of a steady box may differ from the object's size [px]."""
     return TOLERANCE + TOLERANCE_SHARE * size

@@ -20,7 +20,9 @@ from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.prediction import assumed_speed
+from colortrack_ros.tracking.sizes import both_ways
 from colortrack_ros.tracking.sizes import Sizes
+from colortrack_ros.tracking.sizes import total
 
 KEPT = (
     'track_id', 'born', 'origin', 'color', 'extent', 'growth', 'partial', 'nearness', 'aloft',
@@ -61,6 +63,9 @@ is an object. Assumed."""
 def stitch(tracks: TrackTable[Bank], found: Indices, lost: Records) -> None:
     """Give new tracks, (K,), the IDs and sizes of lost ones, (K,) records."""
     records = tracks.records
+    edged, size = lost['edged'], both_ways(total(lost['extent']))
+    records['whole'][found] = np.where(edged[..., None], lost['whole'], size)
+    records['emerging'][found] = lost['emerging'] & edged
     for name in KEPT:
         records[name][found] = lost[name]
     for name in ADDED:

@@ -18,6 +18,7 @@ from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.disappearances import LOST
+from colortrack_ros.tracking.edges import doubt_covered
 from colortrack_ros.tracking.extents import update_extents
 from colortrack_ros.tracking.flicker import COUNTED_MISSES
 from colortrack_ros.tracking.hypotheses import Association
@@ -77,7 +78,8 @@ def update(
     _update_existence(prediction, pairs, measured)
     _learn_disappearances(prediction, pairs, measured, learned)
     taken = pairs if associated.hard else pairs.take(np.flatnonzero(probability > 0.5))
-    whole = update_extents(tracks, prediction, blobs, taken) | learned.overlaps.are_resolved
+    whole, odd = update_extents(tracks, prediction, blobs, taken)
+    whole |= learned.overlaps.are_resolved
     if not prediction.step.again:
         _learn(learned, prediction, blobs, taken, whole, config)
     every = len(taken) == len(prediction.center)  # whether all are measured
@@ -88,6 +90,8 @@ def update(
             config.acceleration_span,
         )  # fmt: skip
     turns.correct(prediction, associated, taken, learned, config)
+    if odd is not None:
+        doubt_covered(prediction, blobs, taken.take(odd))
     if learned.maneuvers.is_due(prediction.step.now):
         variance = (taken.R[whole, 0, 0] + taken.R[whole, 1, 1]) / 2
         learned.maneuvers.learn(
@@ -274,10 +278,11 @@ def _learn_more(
     """Learn what is not learned in every frame, from pairs, (K,)."""
     records, period = prediction.records, prediction.step.period
     if prediction.sized:
-        last = records['box_size'][track]
+        last, size = records['box_size'][track], blobs.size[blob]
         # the size of a shared blob against the object's own would seem to be jitter
         again = (prediction.unseen[track] <= period) & ~blobs.mixed[blob]
-        _learn_jitter(learned, last, blobs.size[blob], again, period)
+        again &= (np.minimum(last, size) > 0).all(axis=1)
+        learned.sizes.learn_jitter(last[again], size[again], EVERY * period)
     confirmed = track[records['state'][track] != TENTATIVE]
     learned.detection_rate.learn(prediction.unmeasured[confirmed] / period)
     if config.detection_covariance:
@@ -286,14 +291,3 @@ def _learn_more(
         prediction.bank.doubt(track, grown)
     if not config.process_noise:
         learned.unsteadiness.learn(records, track, learned.recent)
-
-
-def _learn_jitter(
-    learned: Adaptation, last: Floats, size: Floats, again: Bools, period: float
-) -> None:
-    """Learn the jitter of boxes from the previous and the present sizes of tracks, (K, 2) [px].
-
-    :param again: (K,) which were also measured in the last frame.
-    """
-    again = again & (np.minimum(last, size) > 0).all(axis=1)
-    learned.sizes.learn_jitter(last[again], size[again], EVERY * period)

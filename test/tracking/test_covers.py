@@ -13,9 +13,9 @@ from colortrack_ros.tracking import TrackerConfig
 def visible(center, side, cover, rng):
     """Return the row, or none, of what a square shows beside the cover."""
     low, high = center - side / 2, center + side / 2
-    if center > cover[0]:
+    if center > np.mean(cover):
         low = max(low, cover[1])
-    if center < cover[1]:
+    else:
         high = min(high, cover[0])
     if high - low < 2:
         return np.zeros(0, DETECTION)
@@ -47,6 +47,22 @@ def passing(side, step, cover, looked, seed):
     return np.array(off), np.array(held)
 
 
+def cut_on(way, side, cover):
+    """Return whether ellipses hold in each frame of a square's way, (K,), that a cover cuts."""
+    rng, tracker, held = (
+        np.random.default_rng(0),
+        Tracker(TrackerConfig(image_size=(1280, 400))),
+        [],
+    )
+    for k, center in enumerate(way):
+        found = visible(center, side, cover, rng)
+        rows = tracker.update(Detections(found, round(k * 1e9 / 30))).rows
+        if len(found) and len(rows) and found['box_w'][0] < side - 1:
+            e = np.array([rows['u'][0] - center, rows['v'][0] - 200])
+            held.append(e @ np.linalg.solve(rows['covariance'][0, :2, :2], e) < ELLIPSE_95)
+    return np.array(held)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize('seed', range(3))
 def test_what_comes_out_from_behind_a_cover_is_as_large_as_it_was(seed):
@@ -61,3 +77,39 @@ def test_what_comes_out_from_behind_a_cover_is_as_large_as_it_was(seed):
 def test_ellipses_allow_for_a_size_that_is_wrong_for_as_long_as_something_is_cut(seed):
     _, held = passing(100.0, 3.0, (500.0, 640.0), 1.2, seed)
     assert held.mean() > 0.85
+
+
+IN, OUT = np.arange(220.0, 266.0, 1.0), np.arange(284.0, 340.0, 1.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ('way', 'least'),
+    [
+        (np.arange(220.0, 340.0, 1.0), 0.88),  # goes past
+        (np.concatenate([IN, IN[::-1]]), 0.88),  # turns back
+        (np.concatenate([IN, np.full(60, IN[-1]), IN[::-1]]), 0.88),  # stands half covered
+        (np.concatenate([np.full(3, 280.0), OUT]), 0.75),  # nobody knows its size
+    ],
+    ids=['past', 'back', 'stands', 'new'],
+)
+def test_ellipses_hold_what_is_cut_so_slowly_that_it_may_as_well_shrink_or_grow(way, least):
+    held = cut_on(way, 40.0, (260.0, 300.0))
+    assert len(held) > 30
+    assert held.mean() > least
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('rate', [-0.01, 0.01])
+def test_what_recedes_or_comes_nearer_with_one_side_still_is_not_taken_for_covered(rate):
+    tracker, wide = Tracker(TrackerConfig(image_size=(1280, 720))), []
+    for k, scale in enumerate(np.exp(rate * np.arange(120))):
+        row, size = np.zeros(1, DETECTION), np.rint([80 * scale, 60 * scale])
+        row['box_u'], row['box_v'] = 300, np.rint(300 - size[1] / 2)
+        row['box_w'], row['box_h'] = size
+        row['u'], row['v'] = 299.5 + 40 * scale, 300
+        row['cov_uu'] = row['cov_vv'] = 0.09
+        row['area'], row['score'] = size.prod(), 1.0
+        rows = tracker.update(Detections(row, round(k * 1e9 / 30))).rows
+        wide.append(rows['covariance'][0, 0, 0])
+    assert max(wide[10:]) < 3.0
