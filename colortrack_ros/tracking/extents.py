@@ -30,6 +30,10 @@ GROWING, SHRINKING = 0.3, 2.0
 """Time constants of the learned size [s]: towards a blob that is suddenly larger, or smaller and
 remains so; and towards one that is smaller and does not. Assumed."""
 
+STEADY_SIZE = 2 * STEADY_SIDE
+"""Difference of sizes [px] that steady boxes of an object may have: either side is off by as much
+as it may be."""
+
 
 def update_extents(
     tracks: TrackTable[Bank], prediction: Prediction, blobs: Measurements, taken: Hypotheses
@@ -49,7 +53,7 @@ def update_extents(
     excess = blobs.size.take(blob, axis=0) - prediction.size[rows]
     away = np.abs(excess)
     unlike, scaled = np.zeros(len(track), bool), None
-    grows = np.count_nonzero(away > 2 * STEADY_SIDE)
+    grows = np.count_nonzero(away > STEADY_SIZE)
     if grows:  # else all are within the tolerance, which is larger
         unlike = either_axis(away > prediction.slack[rows])
         scaled = _scaled(prediction, blobs, taken, away, unlike)
@@ -128,7 +132,7 @@ def _odd(
     """
     if prediction.finds_whole or not prediction.sizes.are_steady:
         return None
-    odd = either_axis((away > 2 * STEADY_SIDE) | prediction.records['edged'][taken.track])
+    odd = either_axis((away > STEADY_SIZE) | prediction.records['edged'][taken.track])
     return (odd & ~blobs.mixed[taken.blob]).nonzero()[0]
 
 
