@@ -19,6 +19,10 @@ NO_HUE = 16
 the difference, and brightness tells them apart instead. Half and twice as much are no better in
 random worlds."""
 
+MOST_DIFFERENT = 0.8
+"""Share of the greatest squared difference of two neighbors' hue from which on they are the
+surroundings: texture and shadows of what is behind differ from its most different part."""
+
 LEAST_MIXED = 1 / 12
 """Mean integral of f (1 - f) across outlines, f the share of the surroundings, from which on their
 place within a pixel is known [px]: half of that of an outline 1 px wide."""
@@ -113,14 +117,16 @@ def _slant(
 def outside_share(levels: NDArray[np.float32]) -> NDArray[np.float32]:
     """(N, 2, PROFILES, 2, 2 PROFILE_SAMPLES) share of the surroundings along profiles.
 
-    The surroundings are the two neighbors outside whose hue differs most. The blob's own pixels are
-    inside as far as something inside is beyond them, such as highlights, and what is beyond the
-    surroundings is none of the object.
+    The surroundings are the first two neighbors outside whose hue differs about as much as that of
+    any. The blob's own pixels are inside as far as something inside is beyond them, such as
+    highlights, and what is beyond the surroundings is none of the object.
     """
     hue = _hue(levels)
     beside = levels - (levels * hue).sum(axis=0) * hue
     square = (beside * beside).sum(axis=0)[..., PROFILE_SAMPLES:]
-    first = (square[..., 1:] + square[..., :-1]).argmax(axis=-1)[..., None]
+    pair = square[..., 1:] + square[..., :-1]
+    most = pair.max(axis=-1, keepdims=True)
+    first = (pair >= MOST_DIFFERENT * most).argmax(axis=-1)[..., None]
     first += np.arange(first.size).reshape(first.shape) * 2 * PROFILE_SAMPLES + PROFILE_SAMPLES
     flat = beside.reshape(len(beside), -1)
     behind = (flat.take(first, axis=1) + flat.take(first + 1, axis=1)) / 2

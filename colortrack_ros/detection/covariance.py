@@ -34,7 +34,7 @@ TO_SHIFT = SHIFT_OF_ENDS**2 * (0.75 * np.eye(4) + 0.25 * np.outer(ROUND, ROUND))
 SHADED_VARIANCE = 0.02
 """Factor of the squared shift by one standard deviation of D / tolerance in the blob. Fitted."""
 
-UNSEEN_CHANCE, CHORD_VARIANCE, CHORD_ERROR = 0.40, 0.65, 0.12
+UNSEEN_CHANCE, CHORD_VARIANCE, CHORD_ERROR = 0.37, 0.55, 0.22
 """Share of the outline's chance that chords do not show, and factors of the square of what they
 show and of that of its standard error. Fitted."""
 

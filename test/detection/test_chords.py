@@ -92,6 +92,15 @@ def test_the_dark_side_of_an_object_is_the_object():
     assert low[PROFILE_SAMPLES] > 0.9
 
 
+def test_an_object_ends_where_a_wall_begins_that_is_brighter_farther_away():
+    image = np.full((60, 60, 3), 128, np.uint8)
+    image[15:45, 10:50] = 118
+    image[20:40, 15:45] = 200, 40, 40
+    share = shares(image)
+    assert (share[..., :PROFILE_SAMPLES] < 0.01).all()
+    assert (share[..., PROFILE_SAMPLES:] > 0.99).all()
+
+
 def test_a_gray_object_is_told_from_gray_surroundings_by_its_brightness():
     image = np.full((60, 60, 3), 60, np.uint8)
     image[20:40, 15:45] = 240
