@@ -73,6 +73,17 @@ def test_a_single_thing_of_another_shape_is_not_several(paint):
     assert not places_inside(detector.blobs, detector.blobs.inside(320, 240)).any()
 
 
+def test_a_thin_rod_at_any_angle_is_single():
+    image = np.full((480, 640, 3), 120, np.uint8)
+    for k in range(48):
+        place = 40 + 80 * (k % 8) + 0.13 * k, 40 + 80 * (k // 8) + 0.07 * k
+        corners = cv2.boxPoints((place, (40, 12), 3.7 * k + 1.0))
+        cv2.fillPoly(image, [np.rint(16 * corners).astype(np.int32)], RED, shift=4)
+    rows = Detector(DetectorConfig()).detect(Frame(image)).rows
+    assert len(rows) == 48
+    assert (rows['cov_uu'] + rows['cov_vv'] < 4).all()
+
+
 def test_a_highlight_is_no_reason_to_take_two_for_one():
     def draw(image):
         discs([(136, 120), (184, 120)], [25, 25])(image)
