@@ -72,6 +72,11 @@ def test_that_a_box_is_turned_makes_its_center_no_less_certain(half):
     assert 0.2 < error < 3
 
 
+def test_the_rounding_of_sides_along_rows_is_in_the_covariance():
+    error = squared_error(50.0, lambda center, _: turned_box(center, (20.0, 10.0), 0.0))
+    assert 0.5 < error < 2
+
+
 def shares(image):
     """Shares of the surroundings along the profiles of the only blob of a picture."""
     runs = LabelImage.empty(*image.shape[:2])
