@@ -14,11 +14,8 @@ from colortrack_ros.files import open_file
 from colortrack_ros.sources.mp4 import boxes_of
 from colortrack_ros.sources.mp4 import flat_track
 from colortrack_ros.sources.mp4 import index_of
+from colortrack_ros.sources.mp4 import MOST_PICTURES
 from colortrack_ros.sources.mp4 import time_scale
-
-MOST_PICTURES = 1 << 22
-"""Maximum number of pictures in an index, 38 hours at 30 Hz: twelve bytes can claim four
-billion."""
 
 
 def shown_pictures(path: str) -> int | None:

@@ -14,8 +14,8 @@ from colortrack_ros.sources.mp4 import boxes_of
 from colortrack_ros.sources.mp4 import flat_track
 from colortrack_ros.sources.mp4 import HEADER
 from colortrack_ros.sources.mp4 import index_of
-from colortrack_ros.sources.mp4 import LARGEST_INDEX
 from colortrack_ros.sources.mp4 import LONG_HEADER
+from colortrack_ros.sources.mp4 import MOST_PICTURES
 from colortrack_ros.sources.mp4 import time_scale
 
 FRAGMENT = b'moof'
@@ -26,6 +26,10 @@ TOP_BOXES = frozenset((
     b'wide', b'uuid', b'meta', b'emsg', b'prft', b'pdin',
 ))  # fmt: skip
 """Boxes that are in no other."""
+
+LARGEST_FRAGMENT = 1 << 20
+"""Maximum number of bytes of a fragment's box to read: at 16 bytes per picture, 36 minutes at
+30 Hz. Where it is damaged, what begins like one may claim any length."""
 
 LENGTH = 4
 """Bytes before the kind of a box."""
@@ -40,7 +44,7 @@ def damaged_fragments(path: str, rate: float) -> int | None:
     The latter are estimated from the times before and after the damage.
 
     :param rate: of the pictures [Hz].
-    :returns: None if it is another format, or there is no damage.
+    :returns: None if it is another format, there is no damage, or what is left claims too many.
     """
     try:
         with open_file(path) as file:
@@ -59,7 +63,8 @@ def damaged_fragments(path: str, rate: float) -> int | None:
         for before, after in itertools.pairwise(fragments)
         if after[2]
     )
-    return sum(fragment[1] for fragment in fragments) + sum(lost)
+    total = sum(fragment[1] for fragment in fragments) + sum(lost)
+    return total if total <= MOST_PICTURES else None
 
 
 def _walk(file: BinaryIO, track: int) -> tuple[list[Fragment], bool]:
@@ -77,7 +82,7 @@ def _walk(file: BinaryIO, track: int) -> tuple[list[Fragment], bool]:
                 raise ValueError('no box')
             if kind == FRAGMENT:
                 file.seek(at + header)
-                content = file.read(min(length - header, LARGEST_INDEX))
+                content = file.read(min(length - header, LARGEST_FRAGMENT))
                 found = [(*part, is_next_broken) for part in _of_track(content, track)]
                 fragments += found
                 is_next_broken &= not found

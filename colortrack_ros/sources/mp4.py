@@ -9,6 +9,10 @@ from colortrack_ros.files import open_file
 LARGEST_INDEX = 1 << 26
 """Maximum number of bytes of an index to read: at 20 bytes per picture, 30 hours at 30 Hz."""
 
+MOST_PICTURES = 1 << 22
+"""Maximum number of pictures in an index, 38 hours at 30 Hz: twelve bytes can claim four
+billion."""
+
 HEADER, LONG_HEADER = 8, 16
 """Bytes before the content of a box: length and kind, without and with a 64-bit length."""
 
@@ -23,10 +27,11 @@ def index_of(file: BinaryIO) -> bytes:
         if length == 1:
             (length,) = struct.unpack('>Q', file.read(LONG_HEADER - HEADER))
             header = LONG_HEADER
-        if kind == b'moov':
-            return file.read(min(length - header, LARGEST_INDEX) if length else LARGEST_INDEX)
+        length = length or size - at
         if length < header:
             break
+        if kind == b'moov':
+            return file.read(min(length - header, LARGEST_INDEX))
         at += length
     return b''
 
@@ -60,6 +65,11 @@ def flat_track(track: bytes) -> dict[bytes, bytes]:
 
 
 def time_scale(header: bytes) -> int:
-    """Time units per second, from an mvhd or mdhd box."""
+    """Time units per second, from an mvhd or mdhd box.
+
+    :raises ValueError: if it is 0.
+    """
     (scale,) = struct.unpack_from('>I', header, 20 if header[0] == 1 else 12)
+    if not scale:
+        raise ValueError('no time scale')
     return int(scale)
