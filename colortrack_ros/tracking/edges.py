@@ -12,7 +12,10 @@ from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.tracking.centers import centers
+from colortrack_ros.tracking.extents import most_growth
 from colortrack_ros.tracking.hypotheses import Hypotheses
+from colortrack_ros.tracking.measurements import both_axes
+from colortrack_ros.tracking.measurements import either_axis
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import LAST_FRAME
 from colortrack_ros.tracking.prediction import Prediction
@@ -23,6 +26,10 @@ from colortrack_ros.tracking.sizes import total
 EDGE_STANDS = 1.5
 """Most that a side that stands still is away from where it was [px]: it is rounded to whole pixels,
 and may come out as the next one."""
+
+YOUNG = 4
+"""Hits up to which the first size is not the one that something emerges with if it remains larger:
+two for the velocity, and two more in case that the size does not remain the same at once."""
 
 AS_LIKELY = 0.5
 """Mean square of the published center's error over that of its distance from the center if the side
@@ -64,11 +71,26 @@ def _learn_edges(
     size, emerging = both_ways(prediction.size[track]), records['emerging'][track] & ~both
     known = (lost & ~records['edged'][track]) | (size[..., 0] > _expected(whole, size))
     known = both | (known & ~emerging)
+    first = _is_first(prediction, blobs, track, blob)[:, None]
+    whole = np.where((emerging & first)[..., None], both_ways(blobs.size[blob]), whole)
     records['whole'][track] = np.where(known[..., None], size, whole)
     records['emerging'][track] = emerging
-    anew = (both | lost)[:, None]
+    anew = (both | lost | first & emerging)[:, None]
     records['stood'][track], records['moved'][track] = np.where(anew, box, stood), moved & ~anew
     return np.asarray(both)
+
+
+def _is_first(prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices) -> Bools:
+    """Whether only a part was detected before of what had come out from behind a cover, (K,).
+
+    It was if the object suddenly is larger, or has been so since it was first detected, when its
+    velocity was unknown, and remains the same.
+    """
+    records, size = prediction.records, blobs.size[blob]
+    change = size - records['box_size'][track]
+    same = both_axes(np.abs(change) <= EDGE_STANDS) & (records['hits'][track] < YOUNG)
+    same &= either_axis(size - records['whole'][track, :, 0] > YOUNG * EDGE_STANDS)
+    return np.asarray(same | either_axis(change > most_growth(prediction, track)))
 
 
 def _expected(whole: Floats, size: Floats) -> Floats:

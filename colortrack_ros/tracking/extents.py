@@ -200,7 +200,7 @@ def _learn_unlike(
     """
     records = prediction.records
     last = records['box_size'][track]
-    small = excess < 4 * TOLERANCE + _farthest(prediction, track)[:, None]
+    small = excess < most_growth(prediction, track)
     growing = (excess > 0) & (small[:, :1] & small[:, 1:])
     cut = _are_off(prediction, blobs, track, blob, extent)
     steady = (np.abs(reach.sum(axis=1) - last) < TOLERANCE).all(axis=1)[:, None]
@@ -219,9 +219,12 @@ def _are_off(
     return np.asarray(np.abs(aside).argmin(axis=0) != 1)
 
 
-def _farthest(prediction: Prediction, track: Indices) -> Floats:
-    """How far tracks, (K,), may have moved in this frame [px], at two standard deviations."""
+def most_growth(prediction: Prediction, track: Indices) -> Floats:
+    """How much of objects, (K, 1), may have come into view in this frame [px].
+
+    It is how far they may have moved, at two standard deviations.
+    """
     cov = prediction.bank.estimate()[1]
     variance = cov[track, 2, 2] + cov[track, 3, 3]
     speed = np.hypot(*prediction.velocity[track].T) + 2 * np.sqrt(variance)
-    return np.asarray(speed * prediction.step.period)
+    return np.asarray(4 * TOLERANCE + speed * prediction.step.period)[:, None]

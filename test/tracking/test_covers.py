@@ -113,3 +113,16 @@ def test_what_recedes_or_comes_nearer_with_one_side_still_is_not_taken_for_cover
         rows = tracker.update(Detections(row, round(k * 1e9 / 30))).rows
         wide.append(rows['covariance'][0, 0, 0])
     assert max(wide[10:]) < 3.0
+
+
+def test_of_what_a_part_was_detected_first_nothing_is_covered():
+    """Its standard deviation was 18 px in place of 0.3, for as long as it stood."""
+    tracker = Tracker(TrackerConfig(image_size=(1280, 720)))
+    for k in range(30):
+        row, width = np.zeros(1, DETECTION), 40 if k else 20
+        row['box_u'], row['box_v'], row['box_w'], row['box_h'] = 300, 100, width, 40
+        row['u'], row['v'] = 299.5 + width / 2, 119.5
+        row['cov_uu'] = row['cov_vv'] = 0.09
+        row['area'], row['score'] = 40 * width, 1.0
+        rows = tracker.update(Detections(row, round(k * 1e9 / 30))).rows
+    assert rows['covariance'][0, 0, 0] < 1.0
