@@ -4,8 +4,9 @@ from typing import BinaryIO
 
 from colortrack_ros.files import open_file
 
-TS_PACKET, TS_SYNC = 188, 0x47
-"""Size of a packet of a transport stream, and its first byte (ISO/IEC 13818-1, 2.4.3)."""
+TS_PACKETS, TS_SYNC = ((188, 0), (192, 4), (204, 0)), 0x47
+"""Sizes of the packets of transport streams, and the place of a packet's first byte (ISO/IEC
+13818-1, 2.4.3): plain, after a time (M2TS), and before a code against errors (DVB)."""
 
 PACK = b'\0\0\1\xba'
 """Beginning of a program stream."""
@@ -51,13 +52,12 @@ def is_cut_off(path: str) -> bool:
 
 
 def _packet(file: BinaryIO) -> int:
-    """Size of the packets of a transport stream, with a time each in some [bytes]; 0 for others.
+    """Size of the packets of a transport stream [bytes]; 0 for others.
 
     :raises IndexError: if the file is shorter than three.
     """
-    head = file.read(3 * (TS_PACKET + 4))
-    for first in (0, 4):
-        size = TS_PACKET + first
+    head = file.read(3 * max(TS_PACKETS)[0])
+    for size, first in TS_PACKETS:
         if {head[first + k * size] for k in range(3)} == {TS_SYNC}:
             return size
     return 0
