@@ -27,6 +27,10 @@ SAME = 0.02
 """Largest difference between the stamps of a picture and its depths [s]: half a frame at 25 Hz,
 which cameras without synchronization are apart."""
 
+SLOWEST = 2.0
+"""Time without depths [s] after which a depth camera that sent some is taken to have stopped: those
+that are thinned out to 1 Hz have not. Chosen."""
+
 Release = Callable[[Tracks, Detections, View, NDArray[np.float32] | None], object]
 
 
@@ -52,11 +56,14 @@ class Waiting:
         self._pictures: deque[tuple[Tracks, float]] = deque()
         self._detections: dict[int, Detections] = {}
         self._depths: dict[int, NDArray[np.float32]] = {}
-        self._depth_came = clock()  # or has been waited for since [s]
+        self._depth_came: float | None = None  # or has been waited for since [s]
 
     def put_tracks(self, tracks: Tracks) -> None:
         """Add the tracks of the next picture."""
-        self._pictures.append((tracks, self._clock()))
+        now = self._clock()
+        if self._depth_came is None:
+            self._depth_came = now
+        self._pictures.append((tracks, now))
         self.look()
 
     def put_detections(self, detections: Detections) -> None:
@@ -113,10 +120,12 @@ class Waiting:
     def _missed_depth(self, stamp: int) -> bool:
         """Whether waiting for depths of a time [ns] is in vain.
 
-        Later ones have come, or, for LONGEST_WAIT, none, as where method fused has no depth camera.
+        Later ones have come, or none for too long, as where method fused has no depth camera.
         """
-        newest, since = next(reversed(self._depths), stamp), self._clock() - self._depth_came
-        return newest > stamp + SAME * NANOSECONDS or not 0 <= since <= LONGEST_WAIT
+        newest, now = next(reversed(self._depths), stamp), self._clock()
+        since = 0.0 if self._depth_came is None else now - self._depth_came
+        longest = SLOWEST if self._depths else LONGEST_WAIT
+        return newest > stamp + SAME * NANOSECONDS or not 0 <= since <= longest
 
 
 def _keep(waiting: dict[int, Any], stamp: int, item: Any, most: int) -> None:

@@ -135,6 +135,36 @@ def test_depths_of_half_the_rate_of_the_pictures_hold_none_up():
     assert 'slower' in scene.refused[0]
 
 
+def test_depths_of_1_hz_are_waited_for_as_well_until_they_stop():
+    """By method depth nothing was located: each picture went on before its depths came."""
+    scene = Scene()
+    scene.until, scene.waiting.needs_depth = 10_000 * MS, True
+    for stamp in range(0, 5000, 100):
+        scene.now = stamp / 1000
+        scene.put(stamp)
+        if stamp % 1000 == 0:
+            scene.waiting.put_depth(stamp * MS, np.ones((2, 2), np.float32))
+    assert [stamp for stamp, _, with_depth in scene.out if with_depth] == [
+        0,
+        1000,
+        2000,
+        3000,
+        4000,
+    ]
+    scene.now = 6.1
+    scene.put(6100)
+    assert scene.out[-1][0] == 6100
+
+
+def test_depths_are_waited_for_from_the_first_picture_on():
+    """Not from when the node was made: by a simulator's clock that was an hour ago."""
+    scene = Scene()
+    scene.until, scene.waiting.needs_depth, scene.now = 10_000 * MS, True, 3600.0
+    scene.put(50)
+    scene.waiting.put_depth(50 * MS, np.ones((2, 2), np.float32))
+    assert scene.out == [(50, 'view at 50', True)]
+
+
 def test_depths_of_a_bag_that_loops_are_waited_for_anew():
     scene = Scene()
     scene.until, scene.waiting.needs_depth = 1000 * MS, True
