@@ -18,8 +18,9 @@ from colortrack_ros.sources.mp4 import LONG_HEADER
 from colortrack_ros.sources.mp4 import MOST_PICTURES
 from colortrack_ros.sources.mp4 import time_scale
 
-FRAGMENT = b'moof'
-"""Kind of the box that describes a fragment."""
+FRAGMENT, MAY_BE_FRAGMENTED = b'moof', b'mvex'
+"""Kinds of the box that describes a fragment, and of the one in the index of files that have
+some: all of another file that is damaged would be searched for them, 3 s a GB."""
 
 TOP_BOXES = frozenset((
     FRAGMENT, b'ftyp', b'styp', b'moov', b'mdat', b'mfra', b'sidx', b'ssix', b'free', b'skip',
@@ -48,7 +49,10 @@ def damaged_fragments(path: str, rate: float) -> int | None:
     """
     try:
         with open_file(path) as file:
-            tracks = [flat_track(box) for kind, box in boxes_of(index_of(file)) if kind == b'trak']
+            boxes = list(boxes_of(index_of(file)))
+            if MAY_BE_FRAGMENTED not in dict(boxes):
+                return None
+            tracks = [flat_track(box) for kind, box in boxes if kind == b'trak']
             track = next(track for track in tracks if track[b'hdlr'][8:12] == b'vide')
             header = track[b'tkhd']
             (number,) = struct.unpack_from('>I', header, 20 if header[0] == 1 else 12)

@@ -21,13 +21,16 @@ def numbers(kind, *values):
     return box(kind, bytes(4), struct.pack(f'>{len(values)}I', *values))
 
 
-def index(scale=SCALE, scale_of_edits=SCALE):
+def index(*others, scale=SCALE, scale_of_edits=SCALE):
     times = numbers(b'stts', 1, 10, SCALE // 25)
     edits = box(b'edts', numbers(b'elst', 1, 0, 0, 1 << 16))
     of_track = numbers(b'mdhd', 0, 0, scale, 0), box(b'hdlr', bytes(8), b'vide')
     media = box(b'mdia', *of_track, box(b'minf', box(b'stbl', times)))
     track = box(b'trak', numbers(b'tkhd', 0, 0, 1, 0), edits, media)
-    return box(b'moov', numbers(b'mvhd', 0, 0, scale_of_edits, 0), track)
+    return box(b'moov', numbers(b'mvhd', 0, 0, scale_of_edits, 0), track, *others)
+
+
+FRAGMENTED = box(b'mvex')
 
 
 def fragment(time, count):
@@ -56,10 +59,16 @@ def test_an_index_without_a_scale_of_its_times_counts_nothing(file_of):
     assert shown_pictures(file_of(index())) == 10
     assert shown_pictures(file_of(index(scale_of_edits=0))) is None
     damaged = fragment(0, 10), b'no box..', fragment(2000, 10)
-    assert damaged_fragments(file_of(index(), *damaged), RATE) == 60
-    assert damaged_fragments(file_of(index(scale=0), *damaged), RATE) is None
+    assert damaged_fragments(file_of(index(FRAGMENTED), *damaged), RATE) == 60
+    assert damaged_fragments(file_of(index(FRAGMENTED, scale=0), *damaged), RATE) is None
 
 
 def test_fragments_that_claim_billions_of_pictures_are_not_counted(file_of):
     damaged = fragment(0, 10), b'no box..', fragment(2000, 0xFFFFFFFF)
+    assert damaged_fragments(file_of(index(FRAGMENTED), *damaged), RATE) is None
+
+
+def test_a_damaged_file_without_fragments_is_not_searched_for_any(file_of):
+    """A film of 10 GB that was cut off was read once more, for half a minute."""
+    damaged = fragment(0, 10), b'no box..', fragment(2000, 10)
     assert damaged_fragments(file_of(index(), *damaged), RATE) is None
