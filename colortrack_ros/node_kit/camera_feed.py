@@ -15,6 +15,7 @@ from colortrack_ros.data import Tracks
 from colortrack_ros.flow.order import OrderConfig
 from colortrack_ros.flow.stage import Stage
 from colortrack_ros.messages import depth_of_serialized_image
+from colortrack_ros.messages import MessageError
 from colortrack_ros.messages import tracks_of_serialized_cloud
 from colortrack_ros.node_kit.camera_pose import CameraPoseConfig
 from colortrack_ros.node_kit.camera_view import CameraViews
@@ -167,7 +168,11 @@ class CameraFeed:
         self._waiting.put_detections(self._read(cdr))
 
     def _take_depth(self, cdr: bytes) -> None:
-        self._waiting.put_depth(*depth_of_serialized_image(cdr))
+        try:
+            self._waiting.put_depth(*depth_of_serialized_image(cdr))
+        except MessageError as error:
+            self._waiting.refuse_depth(str(error))
+            raise
 
     def _take_tracks(self, cdr: bytes) -> None:
         if not self.active:

@@ -31,6 +31,9 @@ SLOWEST = 2.0
 """Time without depths [s] after which a depth camera that sent some is taken to have stopped: those
 that are thinned out to 1 Hz have not. Chosen."""
 
+NO_DEPTH = 'depth_topic, or its stamps, are wrong, or it is slower'
+"""Why a picture has no depths, if none were refused."""
+
 Release = Callable[[Tracks, Detections, View, NDArray[np.float32] | None], object]
 
 
@@ -57,6 +60,7 @@ class Waiting:
         self._detections: dict[int, Detections] = {}
         self._depths: dict[int, NDArray[np.float32]] = {}
         self._depth_came: float | None = None  # or has been waited for since [s]
+        self._no_depth = NO_DEPTH
 
     def put_tracks(self, tracks: Tracks) -> None:
         """Add the tracks of the next picture."""
@@ -74,8 +78,12 @@ class Waiting:
     def put_depth(self, stamp: int, depth: NDArray[np.float32]) -> None:
         """Add depths, (H, W) [m]; they come in order."""
         _keep(self._depths, stamp, depth, MAX_DEPTHS)
-        self._depth_came = self._clock()
+        self._depth_came, self._no_depth = self._clock(), NO_DEPTH
         self.look()
+
+    def refuse_depth(self, reason: str) -> None:
+        """Tell with the pictures that lack depths why those that came are of no use."""
+        self._no_depth = reason
 
     def look(self) -> None:
         """Release complete pictures, and drop those that have waited too long."""
@@ -105,8 +113,7 @@ class Waiting:
         if self.needs_depth and depth is None:
             self._refuse(
                 f'no depth picture came within {SAME} s of the picture of '
-                f'{stamp / NANOSECONDS:.3f} s: depth_topic, or its stamps, are wrong, or it is '
-                'slower'
+                f'{stamp / NANOSECONDS:.3f} s: {self._no_depth}'
             )
         self._release(tracks, self._detections.pop(stamp), view, depth)
         return '', False

@@ -101,6 +101,19 @@ def test_without_depth_a_picture_goes_on_late_and_it_is_told():
     assert 'depth_topic' in scene.refused[0]
 
 
+def test_depths_that_are_refused_are_told_as_such_until_one_is_taken():
+    scene = Scene()
+    scene.until, scene.waiting.needs_depth, scene.now = 100 * MS, True, LONGEST_WAIT + 0.1
+    scene.waiting.refuse_depth("depth picture in '64FC1'")
+    scene.put(10)
+    scene.waiting.put_depth(11 * MS, np.ones((2, 2), np.float32))
+    scene.put(90)
+    scene.now *= 3
+    scene.waiting.look()
+    assert scene.refused[0].endswith("0.010 s: depth picture in '64FC1'")
+    assert 'depth_topic' in scene.refused[1]
+
+
 def test_tracks_whose_detections_never_come_are_told():
     scene = Scene()
     scene.until = 100 * MS
@@ -144,13 +157,7 @@ def test_depths_of_1_hz_are_waited_for_as_well_until_they_stop():
         scene.put(stamp)
         if stamp % 1000 == 0:
             scene.waiting.put_depth(stamp * MS, np.ones((2, 2), np.float32))
-    assert [stamp for stamp, _, with_depth in scene.out if with_depth] == [
-        0,
-        1000,
-        2000,
-        3000,
-        4000,
-    ]
+    assert [stamp for stamp, _, with_depth in scene.out if with_depth] == list(range(0, 5000, 1000))
     scene.now = 6.1
     scene.put(6100)
     assert scene.out[-1][0] == 6100
