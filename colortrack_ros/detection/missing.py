@@ -35,8 +35,8 @@ def why_missing(color: ReferenceColor, counts: NDArray[np.float64]) -> str:
     meant = '' if color.preset else name_of(color.lab)
     by_name = f', or set {name}.preset, such as {meant}' * (meant != '')
     return (
-        f'{name} is not in the picture, where {",".join(map(str, nearest))} is nearest (r,g,b): '
-        f'pick its color there, with pick_color{by_name}'
+        f'{name} has not been seen yet; if it is in view, {",".join(map(str, nearest))} is nearest '
+        f'(r,g,b): pick its color there, with pick_color{by_name}'
     )
 
 

@@ -188,7 +188,7 @@ def test_what_keeps_a_color_from_being_found_is_told():
     for k in range(4):
         for detector in (nothing, full):
             detector.detect(Frame(picture(seed=k), stamp=k * NANOSECONDS))
-    assert nothing.trouble.startswith('c0 is not in the picture')
+    assert nothing.trouble.startswith('c0 has not been seen yet')
     assert nothing.trouble.endswith('with pick_color, or set c0.preset, such as red')
     assert 'c0 fills more than 25% of the picture: set c0.tolerance' in full.trouble
     nothing.detect(Frame(picture((80, 80, 25, RED)), stamp=4 * NANOSECONDS))
@@ -200,7 +200,7 @@ def test_the_color_that_is_nearest_to_one_that_is_not_there_is_told_and_finds_th
     guessed = sought((255, 60, 120))
     for k in range(4):
         assert len(guessed.detect(Frame(image, stamp=k * NANOSECONDS)).rows) == 0
-    told = re.search(r'where (\d+),(\d+),(\d+) is nearest', guessed.trouble)
+    told = re.search(r'in view, (\d+),(\d+),(\d+) is nearest', guessed.trouble)
     (found,) = sought(tuple(map(int, told.groups()))).detect(Frame(image)).rows
     assert (found['u'], found['v']) == pytest.approx((80, 80), abs=1.5)
 

@@ -44,4 +44,4 @@ def test_a_shaded_ball_of_another_color_is_not_said_to_be_one_that_is_too_small(
     light = np.sqrt(np.maximum(1 - u * u - v * v, 0))[..., None]
     image = np.where(light > 0, np.array([200, 90, 60]) * (0.35 + 0.65 * light), 120.0)
     image += np.random.default_rng(1).normal(0, 4, image.shape)
-    assert 'red is not in the picture' in trouble(image.clip(0, 255).astype(np.uint8))
+    assert 'red has not been seen yet' in trouble(image.clip(0, 255).astype(np.uint8))

@@ -150,7 +150,7 @@ def test_a_name_that_no_pixel_has_is_told_with_the_color_that_is_nearest():
     detector = detector_of('red')
     for k in range(12):
         assert not len(detector.detect(room(k, (100, 40, DARK_BLUE))).rows)
-    assert detector.trouble.startswith('red is not in the picture')
+    assert detector.trouble.startswith('red has not been seen yet')
     assert detector.trouble.endswith('with pick_color')
     assert not list(candidates(count_colors(room(0).image, 'bgr8'), 'red'))
 

@@ -140,7 +140,7 @@ def test_a_node_that_dies_ends_the_demo_with_its_name(demo, tmp_path, count):
 
 def test_a_color_that_is_not_there_is_told_with_the_nearest_that_is(demo, tmp_path):
     process = demo('', '--color', '20,40,250')
-    text = 'object is not in the picture, where '
+    text = 'object has not been seen yet; if it is in view, '
     wait_until(lambda: text in (tmp_path / 'errors').read_text())
     process.send_signal(signal.SIGTERM)
     process.wait(PATIENCE)

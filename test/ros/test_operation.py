@@ -195,7 +195,7 @@ def test_a_color_that_is_out_of_view_is_no_error(ros):
     diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
     ros.start('camera', **LOOP)
     ros.start('detector', **{'colors': '[red, away]', 'away.rgb': '[20.0, 250.0, 250.0]'})
-    status_of(ros, diagnostics, '/detector', DiagnosticStatus.WARN, 'away is not in the picture')
+    status_of(ros, diagnostics, '/detector', DiagnosticStatus.WARN, 'away has not been seen yet')
     assert not any(s.level == DiagnosticStatus.ERROR for m in diagnostics for s in m.status)
 
 
