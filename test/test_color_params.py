@@ -56,6 +56,13 @@ def test_other_colors_keep_their_shades_and_areas_and_the_new_one_has_its_own(tm
     assert given['ball'] == {**ENTRY, 'min_area': 70}
 
 
+def test_a_color_that_is_picked_anew_keeps_its_place_among_the_others(tmp_path):
+    text = 'detector: {ros__parameters: {colors: [ball, red], ball: {rgb: [9, 9, 9]}, %s}}'
+    _, given = written(tmp_path, text % 'red: {preset: red}')
+    assert given['colors'] == ['ball', 'red']
+    assert given['ball'] == {**ENTRY, 'min_area': 70}
+
+
 def test_limits_of_the_area_are_of_the_color_and_those_of_the_shape_of_all(tmp_path):
     text = 'detector: {ros__parameters: {colors: [red], red: {preset: red}, max_area: 9000}}'
     limits = {'min_area': 70, 'max_area': 900, 'min_aspect': 0.5}

@@ -57,20 +57,23 @@ def color_values(
 ) -> dict[str, Any]:
     """What a color that was picked or taught changes in a detector's values, None for what goes.
 
-    Beside other colors, whose things may be of another size, it has limits of the area of its own.
+    A color that is listed keeps its place, which is its number in detections. Beside other colors,
+    whose things may be of another size, it has limits of the area of its own.
 
     :param old: the values that are given, by full name.
     :param limits: of the area and the shape, by parameter.
     """
     chosen = {name.rpartition('.')[0] for name in old if name.rpartition('.')[2] in SHADES}
-    names = [name for name in old.get('colors', []) if name != color.name and name in chosen]
-    own = {
-        f'{color.name}.' * (bool(names) and key in REPLACED) + key: limits[key] for key in limits
-    }
-    mine = [f'{color.name}.{key}' for key in REPLACED] + ['min_area'] * (not names)
+    listed = old.get('colors', [])
+    names = [name for name in listed if name in chosen or name == color.name]
+    if color.name not in names:
+        names.append(color.name)
+    single = len(names) == 1
+    own = {f'{color.name}.' * (not single and key in REPLACED) + key: limits[key] for key in limits}
+    mine = [f'{color.name}.{key}' for key in REPLACED] + ['min_area'] * single
     gone = dict.fromkeys(key for key in mine if key in old)
     new = {f'{color.name}.{key}': value for key, value in _entry(color).items()}
-    return {'colors': [*names, color.name], **gone, **new, **own}
+    return {'colors': names, **gone, **new, **own}
 
 
 def _entry(color: ReferenceColor) -> dict[str, Any]:
