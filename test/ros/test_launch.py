@@ -144,8 +144,8 @@ def test_a_robot_of_ones_own_with_its_topics_in_simulated_time(ros, launch):
     )  # fmt: skip
     ours = {f'/robot1/{name}' for name in ('detector', 'tracker', 'locator', 'follower')}
     assert ros.spin(lambda: names(ros) == ours), process.output
-    # the tracker takes the size of the pictures, and the lens
-    takers = {'/front/image_raw': 1, '/front/camera_info': 3, '/wheels/odom': 3}
+    # detector and tracker take the size of the pictures, the latter also the lens
+    takers = {'/front/image_raw': 1, '/front/camera_info': 4, '/wheels/odom': 3}
     assert ros.spin(
         lambda: all(ros.node.count_subscribers(topic) == n for topic, n in takers.items())
     ), {topic: ros.node.count_subscribers(topic) for topic in takers}
