@@ -103,10 +103,12 @@ def test_without_depth_a_picture_goes_on_late_and_it_is_told():
 
 def test_depths_that_are_refused_are_told_as_such_until_one_is_taken():
     scene = Scene()
-    scene.until, scene.waiting.needs_depth, scene.now = 100 * MS, True, LONGEST_WAIT + 0.1
+    scene.until, scene.waiting.needs_depth = 100 * MS, True
     scene.waiting.refuse_depth("depth picture in '64FC1'")
     scene.put(10)
-    scene.waiting.put_depth(11 * MS, np.ones((2, 2), np.float32))
+    scene.now = LONGEST_WAIT + 0.1
+    scene.waiting.look()
+    scene.waiting.put_depth(50 * MS, np.ones((2, 2), np.float32))
     scene.put(90)
     scene.now *= 3
     scene.waiting.look()
