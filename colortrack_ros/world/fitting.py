@@ -13,8 +13,11 @@ SAMPLED = 16
 """Of the pixels of a depth picture along each axis, one in so many tells its unit. Chosen."""
 
 SHALLOWEST, DEEPEST = 0.03, 200.0
-"""Medians of depth pictures [m] beyond which they are in another unit: rooms in m are taken for 1
-to 20 mm, and, in mm, for 200 m or more from 0.2 m on. Depth cameras measure from 0.07 m on."""
+"""Depths [m] that all of a picture in another unit is beyond: rooms in m are taken for 1 to 20 mm,
+and, in mm, for 200 m or more from 0.2 m on. Depth cameras measure from 0.07 m on."""
+
+NEAR_AND_FAR = 0.05, 0.95
+"""Quantiles that stand for all of a picture: simulators have 65504 m where there is only sky."""
 
 
 def fitting(
@@ -71,7 +74,7 @@ def off_scale(depth: NDArray[np.float32]) -> str:
             'depth picture of nothing but holes: all is nearer or farther than its camera '
             'measures, or its projector is off'
         )
-    median = float(np.median(some)) if len(some) else SHALLOWEST
-    if SHALLOWEST <= median <= DEEPEST:
+    near, far = np.quantile(some, NEAR_AND_FAR) if len(some) else (SHALLOWEST, DEEPEST)
+    if near <= DEEPEST and far >= SHALLOWEST:
         return ''
-    return f'depth picture of {median:g} m on average: expected mm in 16UC1, m in 32FC1'
+    return f'depth picture of {np.median(some):g} m on average: expected mm in 16UC1, m in 32FC1'

@@ -101,3 +101,12 @@ def test_depths_of_the_object_alone_are_used():
     locator = Locator(config('depth'), told.append)
     assert len(locator.update(tracks, detections, view, depths).rows) == 1
     assert told == []
+
+
+def test_a_sky_of_a_simulator_is_no_other_unit():
+    told, view = [], view_of(ROBOT, Pose.of_rpy((0.1, 0, 0.5), (0, 0.25, 0)))
+    depths = np.full((480, 640), 2.8, np.float32)
+    depths[:, 300:] = depths[:60] = 65504.0
+    locator = Locator(config('depth'), told.append)
+    assert len(locator.update(*seen(view, [BALL], FRAME), view, depths).rows) == 1
+    assert told == []
