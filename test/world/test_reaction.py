@@ -131,3 +131,10 @@ def test_what_was_told_while_a_time_is_carried_out_and_nothing_else():
     commands.give(0, 0.0, 0.0)  # time has gone back
     assert commands.carried_out(start, 0, SECOND)[1] == 0.0
     assert Commands().carried_out(start, 0, SECOND)[1] == 0.0
+
+
+def test_commands_are_kept_for_seconds_not_for_good():
+    commands = Commands()
+    for now in range(0, 100 * SECOND, TICK):
+        commands.give(now, 0.1, 0.0)
+    assert len(commands._given) < 10 * SECOND / TICK

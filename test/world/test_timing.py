@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 from support.paths import ROOT
 
 sys.path.append(str(ROOT / 'benchmark'))
@@ -21,12 +22,28 @@ from colortrack_ros.world.measurement import predicted
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.poses import TransformError
 from colortrack_ros.world.state import Kinds
+from colortrack_ros.world.timing import FARTHER_APART
+from colortrack_ros.world.timing import LIKELIER
 from colortrack_ros.world.timing import Timing
 from colortrack_ros.world.view import View
 
 MOUNT = Pose.of_rpy((0.1, 0.05, 0.5), (0.1, 0.25, 0.2))
 TIME = 8
 SIGMA = 0.001
+
+
+@pytest.mark.parametrize('sigma', [SIGMA, 0.02])
+@pytest.mark.parametrize('share', [0.02, 0.3, 0.9])
+def test_stamps_are_farther_apart_where_that_is_a_hundred_times_as_likely(sigma, share):
+    """Share: how much of the variance that is expected is left."""
+    variance, farther = share * sigma**2, []
+    noise = variance / (1 - share)  # of the measurement that has left it
+    for mean in np.linspace(0, 10 * sigma, 400):
+        z = mean / (1 - share)
+        narrow, wide = (norm.logpdf(z, 0, np.hypot(s, noise**0.5)) for s in (sigma, FARTHER_APART))
+        farther.append(wide - narrow > LIKELIER)
+        assert Timing(sigma, 1, print)._farther(mean, variance) == farther[-1]
+    assert set(farther) == {False, True}
 
 
 def robot_at(stamp):

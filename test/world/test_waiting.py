@@ -4,6 +4,8 @@ from colortrack_ros.data import Detections
 from colortrack_ros.data import Tracks
 from colortrack_ros.world import TransformError
 from colortrack_ros.world.waiting import LONGEST_WAIT
+from colortrack_ros.world.waiting import MAX_DEPTHS
+from colortrack_ros.world.waiting import MAX_DETECTIONS
 from colortrack_ros.world.waiting import Waiting
 
 MS = 1_000_000
@@ -198,3 +200,12 @@ def test_without_a_depth_camera_the_first_pictures_wait_for_it_and_no_more():
     assert [out[0] for out in scene.out] == [0, 700]
     scene.waiting.put_depth(750 * MS, np.ones((2, 2), np.float32))
     assert scene.out[-1] == (750, 'view at 750', True)
+
+
+def test_what_nobody_takes_is_kept_for_seconds_not_for_good():
+    scene = Scene()
+    for stamp in range(1000):
+        scene.waiting.put_detections(Detections(stamp=stamp * MS))
+        scene.waiting.put_depth(stamp * MS, np.ones((2, 2), np.float32))
+    assert len(scene.waiting._detections) == MAX_DETECTIONS
+    assert list(scene.waiting._depths) == [stamp * MS for stamp in range(1000 - MAX_DEPTHS, 1000)]
