@@ -69,6 +69,13 @@ def test_boxes_that_are_smaller_than_objects_speak_against_the_camera(share, pub
     assert any('nothing is published' in line for line in lines) == (not published)
 
 
+@pytest.mark.parametrize('share', [0.2, 4.0])
+def test_sizes_that_no_box_has_speak_against_the_set_up(share):
+    _, lines = located('fused', lambda w: share * w)
+    assert ['camera_pose' in line for line in lines] == [True]
+    assert 'by ground alone' not in lines[0]
+
+
 def test_by_size_covariances_are_as_large_as_boxes_are_wrong_and_it_is_told():
     found, lines = located('size', lambda w: w + 12)
     assert len(found) == 3
