@@ -25,12 +25,12 @@ def locations_of_cloud(message: PointCloud2) -> Locations:
     """
     rows = rows_of_cloud(message, LOCATION)
     for name in ('x', 'y', 'z', 'vx', 'vy', 'vz', 'covariance'):
-        finite = np.isfinite(rows[name])
-        if not finite.all():
-            first = rows[np.argwhere(~finite)[0, 0]]
+        wrong = ~np.isfinite(rows[name])
+        if wrong.any():
+            row = wrong.nonzero()[0][0]
             raise MessageError(
-                f'object {first["track_id"]}: expected finite numbers, got {name} '
-                f'{first[name][~np.isfinite(first[name])][0]}'
+                f'object {rows["track_id"][row]}: expected finite numbers, got {name} '
+                f'{rows[name][wrong][0]}'
             )
     return Locations(rows, stamp_of(message.header), message.header.frame_id)
 

@@ -170,8 +170,9 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         """Raise MessageError for a wrong frame or time, for several publishers of one topic, or if
         there is no odometry.
         """
-        for given in (topic, self.setup.odometry.odometry_topic):
-            name = self.resolve_topic_name(given)  # rclpy counts by names before remapping
+        given = topic, self.setup.odometry.odometry_topic
+        names = [self.resolve_topic_name(one) for one in given]  # rclpy counts before remapping
+        for name in names:
             if self.count_publishers(name) > 1:
                 raise MessageError(
                     f'several nodes publish {name}, whose targets or poses would take turns: '
@@ -181,8 +182,8 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         awaited = STEADY.now().nanoseconds - self._began
         if not len(self._poses) and awaited > FIRST_ODOMETRY * NANOSECONDS:
             raise MessageError(
-                f'no odometry of {base!r} in {wanted!r} has come on {name}: the robot stands until '
-                'it does'
+                f'no odometry of {base!r} in {wanted!r} has come on {names[1]}: the robot stands '
+                'until it does'
             )
         if frame_id != wanted:
             raise MessageError(f'they are in {frame_id!r}: expected fixed_frame {wanted!r}')

@@ -113,8 +113,9 @@ class LocatorNode(ManagedNode[LocatorSetup]):
             self.get_logger().warning(MAP_JUMPS)
         if names := ', '.join(setup.config.heightless):
             self.get_logger().warning(HEIGHTLESS.format(names))
-        if frame := setup.hijacks:
-            self.get_logger().error(HIJACKED.format(frame))
+        hijacked = setup.hijacks
+        if hijacked:
+            self.get_logger().error(HIJACKED.format(hijacked))
         self.health = Health(self, objects=lambda: self._output.alive)
         self._locator = Locator(setup.seen_as, self.health.refuse, len(feeds))
         self._calibrations = CalibrationWatch()
@@ -131,7 +132,7 @@ class LocatorNode(ManagedNode[LocatorSetup]):
         ]  # fmt: skip
         self._output = LocationsOutput(
             self, setup.output, setup.names,
-            tf=setup.feed.pose.pose_source == 'tf' and not setup.hijacks,
+            tf=setup.feed.pose.pose_source == 'tf' and not hijacked,
         )  # fmt: skip
         self.create_subscription(String, '~/select', self._select, 10)
         self.create_timer(IDLE, self._look, clock=STEADY)

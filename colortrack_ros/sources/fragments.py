@@ -10,11 +10,11 @@ from typing import BinaryIO
 
 from colortrack_ros.files import open_file
 from colortrack_ros.sources.ebml import find
+from colortrack_ros.sources.mp4 import box_at
 from colortrack_ros.sources.mp4 import boxes_of
 from colortrack_ros.sources.mp4 import flat_track
 from colortrack_ros.sources.mp4 import HEADER
 from colortrack_ros.sources.mp4 import index_of
-from colortrack_ros.sources.mp4 import LONG_HEADER
 from colortrack_ros.sources.mp4 import MOST_PICTURES
 from colortrack_ros.sources.mp4 import time_scale
 
@@ -79,7 +79,7 @@ def _walk(file: BinaryIO, track: int) -> tuple[list[Fragment], bool]:
     size, at, last_good = file.seek(0, 2), 0, 0
     fragments, is_broken, is_next_broken = list[Fragment](), False, False
     while 0 <= at < size:
-        kind, header, length = _box(file, at, size)
+        kind, header, length = box_at(file, at, size)
         last_good = at if kind in TOP_BOXES else last_good
         try:
             if kind not in TOP_BOXES or not header <= length <= size - at:
@@ -95,16 +95,6 @@ def _walk(file: BinaryIO, track: int) -> tuple[list[Fragment], bool]:
             is_broken = is_next_broken = True
             at = find(file, FRAGMENT, last_good + HEADER) - LENGTH
     return fragments, is_broken
-
-
-def _box(file: BinaryIO, at: int, size: int) -> tuple[bytes, int, int]:
-    """Kind of a box, length of its header, and length of all of it [bytes]; b'' if it is none."""
-    file.seek(at)
-    head = file.read(LONG_HEADER).ljust(LONG_HEADER, b'\0')
-    length, kind, longer = struct.unpack('>I4sQ', head)
-    if length == 1:
-        return kind, LONG_HEADER, longer
-    return kind, HEADER, length or size - at
 
 
 def _of_track(fragment: bytes, track: int) -> list[tuple[int, int]]:

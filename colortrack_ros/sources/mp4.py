@@ -21,19 +21,27 @@ def index_of(file: BinaryIO) -> bytes:
     """The content of the moov box, empty if there is none."""
     size, at = file.seek(0, 2), 0
     while at + HEADER <= size:
-        file.seek(at)
-        length, kind = struct.unpack('>I4s', file.read(HEADER))
-        header = HEADER
-        if length == 1:
-            (length,) = struct.unpack('>Q', file.read(LONG_HEADER - HEADER))
-            header = LONG_HEADER
-        length = length or size - at
+        kind, header, length = box_at(file, at, size)
         if length < header:
             break
         if kind == b'moov':
+            file.seek(at + header)
             return file.read(min(length - header, LARGEST_INDEX))
         at += length
     return b''
+
+
+def box_at(file: BinaryIO, at: int, size: int) -> tuple[bytes, int, int]:
+    """Kind of a box, length of its header, and length of all of it [bytes].
+
+    :param size: of the file, to whose end a box of length 0 extends; what is missing there is 0.
+    """
+    file.seek(at)
+    head = file.read(LONG_HEADER).ljust(LONG_HEADER, b'\0')
+    length, kind, longer = struct.unpack('>I4sQ', head)
+    if length == 1:
+        return kind, LONG_HEADER, longer
+    return kind, HEADER, length or size - at
 
 
 def lacks_index(path: str) -> bool:
