@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.detection.blobs import BlobTable
@@ -16,6 +17,24 @@ IN_NONE = -1
 NEXT_TO_IT = 1.0
 """Largest distance of a blob from an object's last or expected place, if both are unclaimed [side
 of a square of the blob's area]: the boxes still overlap."""
+
+MERGED = 1.25
+"""Least area of a blob with several objects over that of the largest of them. Chosen: what is
+covered by another of its color adds less, and a lesser error of the usual area does no harm."""
+
+
+def hold_several(places: Floats, label: Labels, area: Indices, blobs: BlobTable) -> Bools:
+    """(M,) whether objects of the last frame are merged in a blob.
+
+    :param places: (N, 2) of the objects [px].
+    :param label: (N,) of their pixels.
+    :param area: (N,) of each when it was last alone [px].
+    """
+    if len(label) < 2 or not len(blobs.area):
+        return np.zeros(len(blobs.area), bool)
+    inside = _are_inside(places, label, blobs)
+    largest = (inside * area[:, None]).max(axis=0)
+    return np.asarray((inside.sum(axis=0) > 1) & (blobs.area > MERGED * largest))
 
 
 def claim_blobs(
@@ -48,10 +67,7 @@ def _by_place(expected: Floats, label: Labels, blobs: BlobTable) -> tuple[Indice
     """Claim the blob whose box contains the expected place, with one object per blob if
     possible.
     """
-    away = expected[:, None] - (blobs.box[:, :2] - 0.5)
-    inside = ((away >= 0) & (away <= blobs.box[:, 2:])).all(axis=2)
-    inside &= label[:, None] == blobs.label
-    thing, blob = inside.nonzero()
+    thing, blob = _are_inside(expected, label, blobs).nonzero()
     claim = np.full(len(expected), IN_NONE)
     claim[thing] = blob
     if len(thing) == len(expected) == len(set(blob.tolist())) == len(set(thing.tolist())):
@@ -69,6 +85,13 @@ def _by_place(expected: Floats, label: Labels, blobs: BlobTable) -> tuple[Indice
         claim[thing[first]] = blob[first]
         left &= (thing != thing[first]) & (blob != blob[first])
     return claim, False
+
+
+def _are_inside(places: Floats, label: Labels, blobs: BlobTable) -> Bools:
+    """(N, M) whether each place is in the box of each blob, and of its label."""
+    away = places[:, None] - (blobs.box[:, :2] - 0.5)
+    inside = ((away >= 0) & (away <= blobs.box[:, 2:])).all(axis=2)
+    return np.asarray(inside & (label[:, None] == blobs.label))
 
 
 def _of_nobody(places: Floats, label: Labels, claim: Indices, blobs: BlobTable) -> Indices:

@@ -14,6 +14,7 @@ from colortrack_ros.detection.blobs import sample_pixels
 from colortrack_ros.detection.blur import fitting_profiles
 from colortrack_ros.detection.blur import Profiles
 from colortrack_ros.detection.chords import Chords
+from colortrack_ros.detection.claims import hold_several
 from colortrack_ros.detection.config import DetectorConfig
 from colortrack_ros.detection.covariance import centroid_covariance
 from colortrack_ros.detection.covariance import open_part
@@ -155,7 +156,9 @@ class Detector:
         most = self._areas[1]
         if config.split and split_touching(image, blobs, int(most.max())):
             blobs = self._blobs(image)
-        kept = blobs.take(method.keep(frame, blobs))
+        things = self._touching.things
+        merged = hold_several(things.mean, things.label, things.area, blobs)
+        kept = blobs.take(method.keep(frame, blobs, merged))
         kept = self.blobs = keep_shapes(kept.take(kept.area <= most[kept.label]), config)
         method.learn(frame, blobs, kept)
         part = open_part(kept, image, whole) if whole else 0.0

@@ -278,9 +278,11 @@ class ColorFinder:
                 return f'{sought.color.name} is there, but in pieces that are too small: {told}'
         return ''
 
-    def keep(self, blobs: BlobTable, pixels: int, stamp: int) -> NDArray[np.bool_]:
-        """(N,) whether a blob may be an object of its color; pixels: of the picture."""
-        kept = self._usual.keep(blobs, pixels, stamp)
+    def keep(
+        self, blobs: BlobTable, merged: NDArray[np.bool_], pixels: int, stamp: int
+    ) -> NDArray[np.bool_]:
+        """(N,) whether a blob may be an object of its color; see UsualAreas.keep()."""
+        kept = self._usual.keep(blobs, merged, pixels, stamp)
         if len(self._seen) < len(self._given):
             self._seen.update((blobs.label - 1).tolist())
         self._specks = int(np.count_nonzero(~kept))

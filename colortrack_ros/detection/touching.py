@@ -101,6 +101,7 @@ class TouchingThings:
 
     Two blobs that come closer and merge are two objects. Their appearance while they were alone is
     fitted to the merged blob, which separates them as long as both are visible.
+    things: the objects in the blobs of the last frame.
     """
 
     def __init__(self) -> None:
@@ -110,7 +111,7 @@ class TouchingThings:
 
     def _restart(self) -> None:
         none = np.zeros(0, np.int64)
-        self._things = self._new(none.astype(np.uint8), np.zeros((0, 2)), none, none, 0)
+        self.things = self._new(none.astype(np.uint8), np.zeros((0, 2)), none, none, 0)
         self._templates: dict[int, BlobTemplate] = {}
         self._looks: list[Look] = []
         self._rows = np.zeros(0, DETECTION)
@@ -136,18 +137,18 @@ class TouchingThings:
         return (
             not self._templates
             and 0 < stamp - self._stamp < WAIT_SECONDS * NANOSECONDS
-            and len(rows) == len(self._rows) == len(self._things)
+            and len(rows) == len(self._rows) == len(self.things)
             and bool((rows['color'] == self._rows['color']).all())
         )
 
     def _follow(self, rows: NDArray[np.void], blobs: BlobTable, stamp: int) -> NDArray[np.void]:
         """Process a frame for tell_apart."""
         dt = (stamp - self._stamp) / NANOSECONDS
-        if not 0 < dt <= LONGEST_GAP or max(len(rows), len(self._things)) > MOST_THINGS:
+        if not 0 < dt <= LONGEST_GAP or max(len(rows), len(self.things)) > MOST_THINGS:
             self._restart()
         if len(rows) > MOST_THINGS:
             return rows
-        things = self._things
+        things = self.things
         expected = things.mean + dt * things.velocity
         claim, single = claim_blobs(expected, things.mean, things.label, things.area, blobs)
         told = rows
@@ -157,11 +158,11 @@ class TouchingThings:
         else:
             told = self._sort_out(claim, expected, rows, blobs, stamp, dt)
         if stamp - self._trailed >= TRAIL_STEP * NANOSECONDS:
-            trail = self._things.trail
+            trail = self.things.trail
             trail[:, 1:] = trail[:, :-1].copy()
-            trail[:, 0] = self._things.mean
+            trail[:, 0] = self.things.mean
             self._trailed = stamp
-            alone = self._things.take(self._things.group < 0)
+            alone = self.things.take(self.things.group < 0)
             blob = dict(zip(alone.number.tolist(), alone.blob.tolist(), strict=True))
             self._looks = [Look(blobs, rows, blob), *self._looks[: KEPT_LOOKS - 1]]
         self._blobs, self._rows, self._stamp = blobs, rows, stamp
@@ -172,7 +173,7 @@ class TouchingThings:
 
         :param trust: in the measured motion, 0..1: the visible share of each.
         """
-        things = self._things
+        things = self.things
         moved = (mean - things.mean) / dt - things.velocity
         gain = np.where((things.velocity == 0).all(axis=1), 1.0, 0.5) * trust
         things.velocity += gain[:, None] * moved
@@ -188,7 +189,7 @@ class TouchingThings:
         dt: float,
     ) -> NDArray[np.void]:
         """Process a frame in which blobs have merged, split, appeared or disappeared."""
-        things = self._things
+        things = self.things
         several = self._several(claim, expected)
         known = (claim == IN_NONE) & ~np.isnan(things.trail[:, 0, 0])
         known[[k for _, members in several for k in members]] = True
@@ -219,7 +220,7 @@ class TouchingThings:
 
     def _keep_placed(self, members: Indices, fit: Fit, visible: Bools) -> None:
         """Keep the templates of what is visible, with what covers it now."""
-        number = self._things.number[members].tolist()
+        number = self.things.number[members].tolist()
         self._templates |= {number[i]: fit.placed[i] for i in visible.nonzero()[0].tolist()}
 
     def _new(
@@ -249,7 +250,7 @@ class TouchingThings:
 
     def _have_met(self, members: Indices, expected: Floats, looks: list[BlobTemplate]) -> Bools:
         """(K,) whether an object was together with another before, has come closer, or passes."""
-        things = self._things
+        things = self.things
         trail, group = things.trail[members], things.group[members]
         before, now = trail[:, None] - trail, expected[:, None] - expected
         side = np.array([look.side for look in looks])
@@ -264,9 +265,9 @@ class TouchingThings:
 
     def _template(self, k: int) -> BlobTemplate:
         """The appearance of an object when it was last alone, and hidden the least."""
-        number = int(self._things.number[k])
+        number = int(self.things.number[k])
         if number not in self._templates:
-            last = Look(self._blobs, self._rows, {number: int(self._things.blob[k])})
+            last = Look(self._blobs, self._rows, {number: int(self.things.blob[k])})
             best = max((last, *self._looks), key=lambda look: look.area(number))
             found = best.template(number)
             self._templates[number] = found if best is last else self._as_last(found, k)
@@ -274,7 +275,7 @@ class TouchingThings:
 
     def _as_last(self, template: BlobTemplate, k: int) -> BlobTemplate:
         """Register a template with the blob of its object in the last frame, in part covered."""
-        things = self._things
+        things = self.things
         mean, blob = things.mean[k : k + 1], int(things.blob[k])
         sigma = np.array([REGISTERED_WITHIN * template.side])
         fit = fit_templates(self._blobs, blob, [template], mean, sigma, np.zeros((1, 2)))
@@ -291,7 +292,7 @@ class TouchingThings:
     ) -> Fit:
         """Fit the objects of a blob to it; expected: (K, 2) their centers [px]."""
         expected = expected + [template.offset for template in templates]
-        velocity = self._things.velocity[members]
+        velocity = self.things.velocity[members]
         side = np.array([template.side for template in templates])
         sigma = SIGMA + SIGMA_OF_SIDE * dt * side + SIGMA_OF_WAY * dt * np.hypot(*velocity.T)
         smear = velocity * min(dt, LONGEST_EXPOSURE)

@@ -56,9 +56,12 @@ class UsualAreas:
         self._unfilled = np.zeros(count, np.int64)
         """Last picture that each color did not suddenly fill [ns]."""
 
-    def keep(self, blobs: BlobTable, pixels: int, stamp: int) -> NDArray[np.bool_]:
+    def keep(
+        self, blobs: BlobTable, merged: NDArray[np.bool_], pixels: int, stamp: int
+    ) -> NDArray[np.bool_]:
         """(N,) whether a blob is as large as an object, compared to the usual one of its color.
 
+        :param merged: (N,) whether it is several objects, whose area is not that of one.
         :param pixels: of the picture.
         """
         if not self._sought:
@@ -75,7 +78,8 @@ class UsualAreas:
         self._unfilled[np.bincount(color[fills], minlength=len(self._unfilled)) == 0] = stamp
         sudden = fills & (stamp - self._unfilled[color] < USUAL_SECONDS * NANOSECONDS)
         for k in self._sought:
-            area = blobs.area[(color == k) & ~sudden]
+            this = (color == k) & ~sudden
+            area = blobs.area[this & ~merged if self._usual[:, k].any() else this]
             self._usual[0, k] = max(self._usual[0, k], _usual_area(area))
         usual = self._usual.max(axis=0)[color]
         mine = np.isin(color, self._sought)

@@ -57,8 +57,11 @@ class Method:
         """
         return np.ones(len(label))
 
-    def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
-        """(N,) whether a blob may be an object, as far as the method can tell."""
+    def keep(self, frame: Frame, blobs: BlobTable, merged: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(N,) whether a blob may be an object, as far as the method can tell.
+
+        :param merged: (N,) whether it is several objects of the last frame.
+        """
         return np.ones(len(blobs.area), bool)
 
     def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:

@@ -94,7 +94,7 @@ class ChannelDifference(Method):
         others = np.delete(rgb, self._channel, axis=1).sum(axis=1)
         return np.asarray(rgb[:, self._channel] - others)
 
-    def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
+    def keep(self, frame: Frame, blobs: BlobTable, merged: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Keep only the first blob, which is the largest."""
         return np.arange(len(blobs.area)) == 0
 

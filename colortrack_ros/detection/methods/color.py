@@ -245,10 +245,10 @@ class ColorDistance(Method):
         """1 - D / tolerance."""
         return self._table.closeness(rgb_at(self._frame, pixel), label)
 
-    def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
+    def keep(self, frame: Frame, blobs: BlobTable, merged: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Keep blobs that are large enough, for colors whose least area is estimated."""
         height, width = size_of(frame)
-        return self._finder.keep(blobs, height * width, frame.stamp)
+        return self._finder.keep(blobs, merged, height * width, frame.stamp)
 
     def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
         """Update the background outside all blobs, and move the colors toward the detected ones."""
