@@ -132,7 +132,7 @@ class ColorTracker:
     ...     tracks = track(frame)
     >>> for row in tracks.rows:
     ...     print(f'track {row["track_id"]} at ({row["u"]:.0f}, {row["v"]:.0f})')
-    track 1 at (77, 171)
+    track 1 at (78, 171)
 
     :param detector: what the detector looks for.
     :param tracker: how the tracker follows it.

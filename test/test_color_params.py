@@ -63,6 +63,11 @@ def test_a_color_that_is_picked_anew_keeps_its_place_among_the_others(tmp_path):
     assert given['ball'] == {**ENTRY, 'min_area': 70}
 
 
+def test_colors_that_are_listed_by_their_common_names_stay(tmp_path):
+    _, given = written(tmp_path, 'detector: {ros__parameters: {colors: [red, blue]}}')
+    assert given['colors'] == ['red', 'blue', 'ball']
+
+
 def test_limits_of_the_area_are_of_the_color_and_those_of_the_shape_of_all(tmp_path):
     text = 'detector: {ros__parameters: {colors: [red], red: {preset: red}, max_area: 9000}}'
     limits = {'min_area': 70, 'max_area': 900, 'min_aspect': 0.5}

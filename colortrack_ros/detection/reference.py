@@ -164,8 +164,8 @@ class ReferenceColor:
         return cls(name, PRESETS[preset][0], preset=preset)
 
 
-DEFAULT_COLORS = (ReferenceColor.from_rgb('red', (205, 58, 34), 50.0),)
-"""The balls of the built-in scenes."""
+DEFAULT_COLORS = (ReferenceColor.from_preset('red', 'red'),)
+"""The balls of the built-in scenes, or whatever else is red."""
 
 
 @dataclass(frozen=True)
@@ -198,7 +198,7 @@ class ReferenceColorConfig(Config):
     preset: str = parameter(
         '',
         'The reference color by its common name: without a tolerance, the one of this name that '
-        'the pictures show most.',
+        'the pictures show most. A NAME that is one of these needs nothing else.',
         choices=('', *PRESETS),
     )
     tolerance_lab: Triple = parameter(
@@ -230,7 +230,7 @@ class ReferenceColorConfig(Config):
 
 
 def reference_color_of(name: str, config: ReferenceColorConfig) -> ReferenceColor:
-    """The color described by the parameters of a NAME; a default color needs only a tolerance.
+    """The color described by the parameters of a NAME, which may be a common name itself.
 
     :raises ValueError: if none or several of lab, rgb and preset are given, or one is out of range.
     """
@@ -270,14 +270,10 @@ def _shade_of(name: str, config: ReferenceColorConfig) -> ReferenceColor:
         return ReferenceColor(name, config.lab, config.tolerance, axes)
     if config.rgb:
         return ReferenceColor.from_rgb(name, config.rgb, config.tolerance, axes)
-    if config.preset:
-        color = ReferenceColor.from_preset(name, config.preset)
+    if config.preset or name in PRESETS:
+        color = ReferenceColor.from_preset(name, config.preset or name)
         is_fixed = axes or config.tolerance
         return ReferenceColor(name, color.lab, config.tolerance, axes) if is_fixed else color
-    for color in DEFAULT_COLORS:
-        if color.name == name:
-            tolerance = config.tolerance or color.tolerance
-            return replace(color, tolerance=tolerance, tolerance_lab=axes)
     raise ValueError(f'{name}: expected {one}, got none of them')
 
 

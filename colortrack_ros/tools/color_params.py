@@ -9,6 +9,8 @@ import numpy as np
 
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.lab import rgb_from_lab
+from colortrack_ros.detection.presets import PRESETS
+from colortrack_ros.detection.reference import DEFAULT_COLORS
 from colortrack_ros.files import read_params_file
 from colortrack_ros.files import write_file
 from colortrack_ros.parameters.params_file import flow
@@ -65,6 +67,8 @@ def color_values(
     """
     chosen = {name.rpartition('.')[0] for name in old if name.rpartition('.')[2] in SHADES}
     listed = old.get('colors', [])
+    if listed != [default.name for default in DEFAULT_COLORS]:
+        chosen |= {*PRESETS}
     names = [name for name in listed if name in chosen or name == color.name]
     if color.name not in names:
         names.append(color.name)

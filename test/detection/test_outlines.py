@@ -15,6 +15,8 @@ from colortrack_ros.detection.blur import Profiles
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.scenes.shapes import draw_ball
 
+FIXED = ReferenceColor.from_rgb('red', (205, 58, 34), 50.0)
+
 
 def red_ball(center, way, radius):
     """A picture of a shaded ball before a wall, smeared along way, (2,) [px]."""
@@ -98,7 +100,7 @@ def test_the_rounding_of_an_outline_to_pixels_is_known_at_every_size(radius):
         center, r = 60 + random.random(2), radius + random.uniform(-0.5, 0.5)
         image = np.full((120, 120, 3), (110, 105, 100), np.uint8)
         image[np.hypot(u - center[0], v - center[1]) < r] = (34, 58, 205)
-        (row,) = Detector(DetectorConfig(min_area=1)).detect(Frame(image)).rows
+        (row,) = Detector(DetectorConfig(min_area=1, colors=(FIXED,))).detect(Frame(image)).rows
         error = np.array([row['u'], row['v']]) - center
         squared.append(error**2 / [row['cov_uu'], row['cov_vv']])
     assert 0.8 < np.mean(squared) < 1.25
@@ -109,7 +111,7 @@ def test_a_ball_beside_the_border_is_not_thought_to_end_there(gap):
     variances = []
     for u in (22.0 + gap, 120.0):
         image = red_ball(np.array([u, 80.2]), np.array([3.0, 0.0]), 22.0)
-        (row,) = Detector(DetectorConfig()).detect(Frame(image)).rows
+        (row,) = Detector(DetectorConfig(colors=(FIXED,))).detect(Frame(image)).rows
         variances.append(row['cov_uu'])
     assert variances[0] < 2.5 * variances[1]
 

@@ -5,9 +5,11 @@ import pytest
 from colortrack_ros.data import Frame
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.split import distance_of
 
 RED = (34, 58, 205)
+FIXED = ReferenceColor.from_rgb('red', RED[::-1], 50.0)
 
 
 def found(discs, angle=0.0, **parameters):
@@ -17,7 +19,11 @@ def found(discs, angle=0.0, **parameters):
     centers = [np.array([160, 120]) + distance * way for distance, _ in discs]
     for center, (_, radius) in zip(centers, discs, strict=True):
         cv2.circle(image, tuple(map(int, np.rint(center))), radius, RED, -1)
-    rows = Detector(DetectorConfig(split=True, **parameters)).detect(Frame(image)).rows
+    rows = (
+        Detector(DetectorConfig(colors=(FIXED,), split=True, **parameters))
+        .detect(Frame(image))
+        .rows
+    )
     return rows, np.array(centers)
 
 
@@ -59,7 +65,7 @@ def test_noise_and_smears_are_not_cut():
     cv2.ellipse(image, (220, 160), (60, 25), 30, 0, 360, RED, -1)
     noise = random.normal(0, 12, image.shape)
     frame = Frame(np.clip(image + noise, 0, 255).astype(np.uint8))
-    assert len(Detector(DetectorConfig(split=True)).detect(frame).rows) == 2
+    assert len(Detector(DetectorConfig(colors=(FIXED,), split=True)).detect(frame).rows) == 2
 
 
 def test_a_ragged_outline_is_no_neck():
@@ -67,7 +73,7 @@ def test_a_ragged_outline_is_no_neck():
     image = np.full((100, 320, 3), 120, np.uint8)
     for u in range(20, 300):
         image[30 + random.integers(0, 4) : 70 - random.integers(0, 4), u] = RED
-    assert len(Detector(DetectorConfig(split=True)).detect(Frame(image)).rows) == 1
+    assert len(Detector(DetectorConfig(colors=(FIXED,), split=True)).detect(Frame(image)).rows) == 1
 
 
 def test_distances_of_a_mask_are_exact_wherever_they_lie_in_memory():

@@ -221,16 +221,16 @@ def test_colors_set_at_run_time_count_from_the_next_frame_on_and_half_a_set_chan
     green = {'colors': ['green'], 'green.rgb': [40, 200, 40], 'erosion_size': 1}
     assert parameters.set_together(green).successful
     assert found() == [(0, 400)]
-    half = {'min_area': 1000, 'green.tolerance': 5.0, 'colors': ['green', 'blue']}
+    half = {'min_area': 1000, 'green.tolerance': 5.0, 'colors': ['green', 'sky']}
     result = parameters.set_together(half)
-    assert (result.successful, 'blue' in result.reason) == (False, True)
+    assert (result.successful, 'sky' in result.reason) == (False, True)
     assert found() == [(0, 400)]
     assert parameters.get('min_area', 'colors') == [20, ['green']]
-    results = parameters.set({'blue.lab': [32.0, 59.0, -84.0], 'colors': ['green', 'blue'], 'x': 1})
+    results = parameters.set({'sky.lab': [32.0, 59.0, -84.0], 'colors': ['green', 'sky'], 'x': 1})
     assert [r.successful for r in results] == [True, True, False]
-    assert parameters.set({'blue.tolerance': 40.0})[0].successful
+    assert parameters.set({'sky.tolerance': 40.0})[0].successful
     assert found() == [(0, 400), (1, 300)]
-    assert parameters.set({'blue.lab': None})[0].successful is False  # it is in use
+    assert parameters.set({'sky.lab': None})[0].successful is False  # it is in use
     assert found() == [(0, 400), (1, 300)]
     assert detector.stop() == 0
 

@@ -183,7 +183,7 @@ def test_names_come_from_the_file_its_namespace_and_remappings(replay, bag):
         ('tracker:max_time_since_update:=-3.0', 'max_time_since_update: expected 0..3600 s'),
         ('tracker:min_area:=3', 'min_area: no such parameter; the nearest is'),
         ('max_tme:=3', 'max_tme: no such parameter; the nearest is'),
-        ('detector:colors:=[green]', 'green: expected one of green.lab'),
+        ('detector:colors:=[lawn]', 'lawn: expected one of lawn.lab'),
         ('detector:min_area:=.nan', 'min_area: expected int, 1..1e+09 px, got nan'),
         ('min_area', 'expected name:=value'),
     ],
