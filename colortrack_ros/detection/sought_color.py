@@ -51,6 +51,10 @@ LEAST_PRESENT = 1 / 2
 unless a deeper gap is found. Otherwise an object that leaves, or a hand that covers it, changes its
 color to that of what is left. Assumed: half of an object still is that object."""
 
+CLEAR_GROWTH = MOST_GROWTH / 2
+"""Growth up to which an extent ends in a gap. Beyond, colors shade off into others, as what is
+smeared does, whose mean would run away. Of scene `fast` all balls are found, without it 36 %."""
+
 NOWHERE, NOTHING = (0.0, -128.0, -128.0), 1e-6
 """Color and tolerance that stand in for a color missing from the picture: outside sRGB."""
 
@@ -157,10 +161,11 @@ class SoughtColor:
         is_new = self._is_new(stamp)
         # far more pixels at once may be of what else has come: the pooled color is a mixture then
         labs = (known.lab, pooled.lab)[: 1 + (pixels < known.pixels / FEWEST_LEFT)]
+        clear = min(max(known.growth, CLEAR_GROWTH), MOST_GROWTH)
 
         def is_same(extent: Extent) -> bool:
             way = nearest_sample(np.array([extent.lab]), labs, SHAPE)
-            is_near = way < NEAR and extent.growth < MOST_GROWTH
+            is_near = way < NEAR and extent.growth < clear
             share = extent.pixels / max(pooled.pixels, 1)
             is_whole = share > LEAST_PRESENT or extent.growth < pooled.growth
             return bool(is_near and is_whole and extent.pixels > FEWEST_LEFT * known.pixels)

@@ -143,9 +143,12 @@ def test_clutter_that_stands_still_is_dropped_in_every_encoding(encoding):
 
 
 @pytest.mark.slow
-def test_a_ball_that_is_smeared_is_one_blob_with_its_centroid_in_the_middle_of_the_smear():
-    scene = open_scene('fast')
-    recall, false, rmse = compare(scene, DetectorConfig(), step=2, visible=1.0)
+@pytest.mark.parametrize('tolerance', [0.0, 50.0])
+def test_a_ball_that_is_smeared_is_one_blob_with_its_centroid_in_the_middle_of_the_smear(tolerance):
+    color = ReferenceColor.from_rgb('red', (205, 58, 34), tolerance)
+    recall, false, rmse = compare(
+        open_scene('fast'), DetectorConfig(colors=(color,)), step=2, visible=1.0
+    )
     assert recall == 1
     assert false == 0
     assert rmse < 0.5
