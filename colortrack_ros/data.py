@@ -46,9 +46,9 @@ DETECTION = np.dtype(
 """One blob.
 
 u, v: centroid [px]; cov_uu, cov_uv, cov_vv: measurement covariance of the centroid [px^2];
-area: number of pixels, m00; box_u, box_v, box_w, box_h: bounding box, top left corner and size
-[px]; score: 0..1, 1 when every pixel is exactly the reference color; color: index into the
-detector's colors.
+area: number of pixels, m00, of small things what an erosion leaves; box_u, box_v, box_w, box_h:
+bounding box, top left corner and size [px]; score: 0..1, 1 when every pixel is exactly the
+reference color; color: index into the detector's colors.
 """
 
 TRACK = np.dtype(

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.detection.growth import FEWEST_PIXELS
 from colortrack_ros.detection.methods import METHODS
 from colortrack_ros.detection.methods.background import BackgroundSubtractionConfig
 from colortrack_ros.detection.methods.channel_difference import ChannelDifferenceConfig
@@ -46,6 +47,12 @@ class DetectorConfig(
         If one does, the covariance needs the labels that it removes.
         """
         return super().erosion_alone and not self.regions and not self.mask
+
+    @property
+    def of_small_things(self) -> list[int]:
+        """The colors of which the erosion and the default of min_area alone hide small things."""
+        least = self.areas()[0, 1:]
+        return [k for k in super().of_small_things if least[k] <= FEWEST_PIXELS]
 
     def check(self) -> None:
         """Require that the least area of each color does not exceed its greatest."""

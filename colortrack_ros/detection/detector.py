@@ -10,6 +10,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.detection.background_model import BackgroundModel
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import find_blobs
+from colortrack_ros.detection.blobs import positions
 from colortrack_ros.detection.blobs import sample_pixels
 from colortrack_ros.detection.blur import fitting_profiles
 from colortrack_ros.detection.blur import Profiles
@@ -31,6 +32,8 @@ from colortrack_ros.detection.regions import Regions
 from colortrack_ros.detection.several import places_inside
 from colortrack_ros.detection.shape import keep_shapes
 from colortrack_ros.detection.skewness import UsualSkewness
+from colortrack_ros.detection.small_things import among
+from colortrack_ros.detection.small_things import worn
 from colortrack_ros.detection.split import split_touching
 from colortrack_ros.detection.touching import TouchingThings
 from colortrack_ros.encodings import check
@@ -149,9 +152,7 @@ class Detector:
         if self._regions:
             whole = whole or image.copy()
             self._regions.apply(image)
-        close(image, config.closing_size, method.labels)
-        erode(image, config.erosion_size, method.labels)
-        open_(image, config.opening_size, method.labels)
+        self._clean(image)
         blobs = self._blobs(image)
         most = self._areas[1]
         if config.split and split_touching(image, blobs, int(most.max())):
@@ -167,11 +168,23 @@ class Detector:
         rows = self._touching.tell_apart(rows, kept, frame.stamp)
         return Detections(rows, frame.stamp, frame.frame_id, (width, height))
 
+    def _clean(self, image: LabelImage) -> None:
+        """Closing, erosion, and opening, in place, which all but small things undergo."""
+        config, count, small = self._config, self._method.labels, self._method.small
+        labels = image.padded.reshape(-1)
+        place = positions(small.runs) if small else np.zeros(0, np.intp)
+        spared = labels[place]
+        close(image, config.closing_size, count)
+        erode(image, config.erosion_size, count)
+        open_(image, config.opening_size, count)
+        labels[place] = spared
+
     def _blobs(self, image: LabelImage) -> BlobTable:
-        """Find the blobs that have the least area of their color."""
-        least = self._areas[0]
-        blobs = find_blobs(image, int(least.min()), connect=self._method.connect)
-        return blobs.take(blobs.area >= least[blobs.label])
+        """Find the blobs that have the least area of their color, and small things."""
+        least, small = self._areas[0], self._method.small
+        smallest = int(min(least.min(), small.area.min() if small else least.max()))
+        blobs = find_blobs(image, smallest, connect=self._method.connect)
+        return blobs.take((blobs.area >= least[blobs.label]) | among(blobs, small))
 
     def _rows(self, frame: Frame, blobs: BlobTable, part: NDArray | float) -> NDArray[np.void]:
         rows = np.zeros(len(blobs.area), DETECTION)
@@ -182,19 +195,22 @@ class Detector:
         covariance = self._covariance(frame, blobs, spread, part)
         rows['cov_uu'], rows['cov_uv'] = covariance[:, 0, 0], covariance[:, 0, 1]
         rows['cov_vv'] = covariance[:, 1, 1]
-        rows['area'] = blobs.area
-        box = self._boxes(blobs, *size_of(frame))
+        is_small = among(blobs, self._method.small)
+        rows['area'] = np.where(is_small, worn(blobs.area, self._config.erosion_size), blobs.area)
+        box = self._boxes(blobs, is_small, *size_of(frame))
         for name, column in zip(('box_u', 'box_v', 'box_w', 'box_h'), box.T, strict=True):
             rows[name] = column
         rows['color'] = blobs.label - 1
         return rows
 
-    def _boxes(self, blobs: BlobTable, height: int, width: int) -> NDArray[np.int64]:
+    def _boxes(
+        self, blobs: BlobTable, is_small: NDArray[np.bool_], height: int, width: int
+    ) -> NDArray[np.int64]:
         """(N, 4) boxes; if the color's tolerance was estimated, with the eroded margin restored.
 
         Dilating an eroded mask never exceeds the original mask.
         """
-        is_found = _of_label(self._method.is_found, blobs.label)
+        is_found = _of_label(self._method.is_found, blobs.label) & ~is_small
         if not is_found.any():
             return blobs.box
         low, high = blobs.box[:, :2], blobs.box[:, :2] + blobs.box[:, 2:]

@@ -79,7 +79,7 @@ class ColorFinder:
 
         Whoever read one off a pixel got a color of the palette, which no thing may have.
         """
-        if missing := self._missing:
+        if missing := self.missing:
             shown = of_palette([self._given[k] for k in missing], frame)
             for k, color in zip(missing, shown, strict=True):
                 self._sought[k].color = color
@@ -87,7 +87,7 @@ class ColorFinder:
 
     def _keep_apart(self) -> None:
         """Tell each color those of the others, as the pictures show them."""
-        unseen = [k for k in self._missing if self._given[k].preset]
+        unseen = [k for k in self.missing if self._given[k].preset]
         shown = {
             k: self._sought[k].color.lab if k in self._sought else color.lab
             for k, color in enumerate(self._given)
@@ -115,7 +115,7 @@ class ColorFinder:
         elapsed = (stamp - self._looked) / NANOSECONDS
         self._last = stamp
         due = not (self._pool.size and 0 <= elapsed < LOOK_SECONDS)
-        if not self._sought or not (due or self._waiting or self._missing):
+        if not self._sought or not (due or self._waiting or self.missing):
             return False
         frame = plain(frame)
         cells, now = sample_colors(frame.image, frame.encoding)
@@ -126,6 +126,8 @@ class ColorFinder:
             self._first = stamp if self._first is None else self._first
         turn = self._take_turns(due, since)
         present = self._renew(turn, cells, now, stamp) + self._seek(turn, cells, now, stamp)
+        for k in self.missing if due else ():
+            self._sought[k].seek_small(self._pool)
         has_left, is_due = False, self._is_update
         for k in sorted({*turn, *present}):
             sought, is_there = self._sought[k], k in present
@@ -146,7 +148,7 @@ class ColorFinder:
             self._waiting = list(dict.fromkeys([*self._waiting, *self._sought]))
             self._is_update = True
         elif not self._waiting:
-            self._waiting, self._is_update = self._missing, False
+            self._waiting, self._is_update = self.missing, False
         count = max(1, round(len(self._sought) * since / LOOK_SECONDS))
         count = count if since >= 0 else len(self._sought)
         turn, self._waiting = self._waiting[:count], self._waiting[count:]
@@ -190,7 +192,7 @@ class ColorFinder:
         missing = [k for k in turn if self._sought[k].found is None]
         misfit = {k: self._sought[k].read(cells, now, is_due) for k in missing}
         if any(0 < value < np.inf for value in misfit.values()):
-            missing = self._missing
+            missing = self.missing
             misfit |= {
                 k: self._sought[k].read(cells, now, is_due) for k in missing if k not in misfit
             }
@@ -206,7 +208,7 @@ class ColorFinder:
         return found
 
     @property
-    def _missing(self) -> list[int]:
+    def missing(self) -> list[int]:
         """The sought colors that have not been found yet."""
         return [k for k, sought in self._sought.items() if sought.found is None]
 
@@ -234,18 +236,20 @@ class ColorFinder:
         self._pool += (now - self._pool) * share
         return share
 
-    def resolve(self, colors: tuple[ReferenceColor, ...]) -> tuple[ReferenceColor, ...]:
-        """The colors, with estimates for what was not given."""
+    def resolve(
+        self, colors: tuple[ReferenceColor, ...], is_small: bool = False
+    ) -> tuple[ReferenceColor, ...]:
+        """The colors, with estimates for what was not given, as SoughtColor.resolve()."""
         sought = self._sought
         return tuple(
-            sought[k].resolve() if k in sought else color for k, color in enumerate(colors)
+            sought[k].resolve(is_small) if k in sought else color for k, color in enumerate(colors)
         )
 
     @property
     def trouble(self) -> str:
         """Why colors cannot be found, and what to do about it; empty if there is no problem."""
         waited = self._looked - (self._first or 0) > ABSENT_SECONDS * NANOSECONDS
-        for k in self._missing:
+        for k in set(self.missing) - self._seen:  # seen ones have small things
             sought = self._sought[k]
             name = sought.color.name
             if k in self._fills:

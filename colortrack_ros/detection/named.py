@@ -158,7 +158,7 @@ def candidates(
     """
     (filled,) = counts.nonzero()
     color, number = lab_of_cells(filled), counts[filled]
-    for weigh in (_typical, _of_its_hues)[:reach]:
+    for weigh in (typical_of, _of_its_hues)[:reach]:
         weight, misfit = weigh(color, preset)
         is_one = weight > 0
         is_one[is_one] = are_free(color[is_one], taken)
@@ -198,7 +198,7 @@ def _most_of(
     return most
 
 
-def _typical(color: NDArray[np.float64], preset: str) -> tuple[NDArray[np.float64], ...]:
+def typical_of(color: NDArray[np.float64], preset: str) -> tuple[NDArray[np.float64], ...]:
     """(N,) weight and misfit of colors, (N, 3), by how typical of a name they are.
 
     Nothing is too vivid for its name, but for those of OF_OTHERS: what is more so than typical is
@@ -228,7 +228,7 @@ def name_of(lab: Triple) -> str:
     """The name that fits a color best, a key of PRESETS; empty if none does."""
     color, misfit = np.array([lab]), dict[str, float]()
     for preset in PRESETS:
-        for weight, away in (_of_its_hues(color, preset), _typical(color, preset)):
+        for weight, away in (_of_its_hues(color, preset), typical_of(color, preset)):
             if weight[0] > 0:
                 misfit[preset] = float(away[0])
     return min(misfit, key=misfit.__getitem__, default='')

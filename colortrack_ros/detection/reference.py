@@ -132,6 +132,14 @@ class ReferenceColor:
         """Half axes of the tolerance ellipsoid around lab [CIELAB units]."""
         return self.tolerance_lab or (self.tolerance, self.tolerance, self.tolerance)
 
+    def grown(self, factor: float) -> 'ReferenceColor':
+        """The color with a larger tolerance; inverted colors are not changed."""
+        if self.inverted:
+            return self
+        first, second, third = (min(factor * axis, MAX_TOLERANCE) for axis in self.axes)
+        tolerance = min(factor * self.tolerance, MAX_TOLERANCE)
+        return replace(self, tolerance=tolerance, tolerance_lab=(first, second, third))
+
     @classmethod
     def from_rgb(
         cls,

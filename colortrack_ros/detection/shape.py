@@ -22,7 +22,11 @@ class ShapeConfig(Config):
     """Which blobs are objects, by size and shape."""
 
     min_area: int = parameter(
-        20, 'Blobs with fewer pixels are dropped.', unit='px', limits=(1, MAX_AREA)
+        20,
+        'Blobs with fewer pixels are dropped; up to 20, small things of colors without a tolerance '
+        'are found while nothing larger of them is in sight.',
+        unit='px',
+        limits=(1, MAX_AREA),
     )
     max_area: int = parameter(
         MAX_AREA, 'Blobs with more pixels are dropped.', unit='px', limits=(1, MAX_AREA)

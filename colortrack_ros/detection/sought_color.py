@@ -27,6 +27,7 @@ from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.shade_follower import ShadeFollower
 from colortrack_ros.detection.shade_follower import SHADES_SECONDS
+from colortrack_ros.detection.small_color import small_extent
 from colortrack_ros.detection.strangers import Strangers
 
 # Unless noted otherwise, the constants below were chosen. On four real clips, `python
@@ -68,12 +69,14 @@ class SoughtColor:
     taken: the other colors as far as they extend, if any is given by its name.
     found: its extent; None until it is in the picture.
     since: when it was found, or found anew [ns].
+    small: the extent of the few pixels of it while it is not found; None if there are none.
     """
 
     def __init__(self, color: ReferenceColor) -> None:
         self.color, self.apart = color, list[Triple]()
         self.taken: tuple[ReferenceColor, ...] = ()
         self.found: Extent | None = None
+        self.small: Extent | None = None
         self.since = 0
         self._lit: Extent | None = None  # as the light has changed since, however light
         self._lab = color.lab  # so is this
@@ -83,7 +86,7 @@ class SoughtColor:
     @property
     def state(self) -> Any:
         """What the color table depends on."""
-        return self.found, self._shades.shades
+        return self.found, self.small, self._shades.shades
 
     @property
     def largest_share(self) -> float:
@@ -208,9 +211,20 @@ class SoughtColor:
             return False
         return self._shades.leave(now, extent, extent.pixels / FEWEST_LEFT)
 
-    def resolve(self) -> ReferenceColor:
-        """The color, with estimates for what was not given."""
+    def seek_small(self, pool: NDArray[np.float64]) -> None:
+        """Look for the few pixels of small things while it is not found; as for :meth:`renew`."""
+        if self.found is None and not (self.color.is_sampled or self.color.inverted):
+            self.small = small_extent(pool, self.color, self.apart, self.small)
+
+    def resolve(self, is_small: bool = False) -> ReferenceColor:
+        """The color, with estimates for what was not given.
+
+        :param is_small: whether to extend it to the few pixels of small things while it is missing.
+        """
         if self.found is None:
+            if is_small and self.small:
+                lab, axes = self.small.lab, self.small.axes
+                return replace(self.color, lab=lab, tolerance=axes[1], tolerance_lab=axes)
             return replace(self.color, lab=NOWHERE, tolerance=NOTHING, samples=(), inverted=False)
         extent, shades = self._shades.whole(self.found), self._shades.shades
         dL, da, db = (min(axis, MAX_TOLERANCE) for axis in extent.axes)
@@ -254,6 +268,7 @@ class SoughtColor:
 
     def _take(self, extent: Extent) -> None:
         self.found = self._lit = extent
+        self.small = None
 
     def _find(
         self,

@@ -33,6 +33,9 @@ class Method:
 
     If so, boxes are those of the objects; otherwise, those of the mask."""
 
+    small: BlobTable | None = None
+    """Things of the last frame that the erosion leaves as they are, since it would remove them."""
+
     needs_color: bool = False
     """Whether nothing can be found in gray pictures."""
 

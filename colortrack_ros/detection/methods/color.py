@@ -31,10 +31,11 @@ from colortrack_ros.detection.pixels import Pixels
 from colortrack_ros.detection.pixels import rgb_at
 from colortrack_ros.detection.reference import DEFAULT_COLORS
 from colortrack_ros.detection.reference import expect
-from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import reference_color_of
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.reference import ReferenceColorConfig
+from colortrack_ros.detection.small_things import among
+from colortrack_ros.detection.small_things import SmallThings
 from colortrack_ros.detection.smoothing import Smoothing
 from colortrack_ros.encodings import is_yuv
 from colortrack_ros.encodings import plain
@@ -116,7 +117,13 @@ class ColorDistanceConfig(BackgroundModelConfig, MorphologyConfig):
     @property
     def erosion_alone(self) -> bool:
         """Whether the erosion is the only step that reads the labels before it."""
-        return self.closing_size == 1 and self.grow == 1 and not self.moving_only
+        return self.closing_size == self.grow == 1 and not self.moving_only
+
+    @property
+    def of_small_things(self) -> list[int]:
+        """The colors without a tolerance, if nothing but the erosion hides small things of them."""
+        is_hidden = self.erosion_size > 1 == self.closing_size == self.grow and not self.moving_only
+        return [k for k, color in enumerate(self.colors) if is_hidden and color.is_sought]
 
     def check(self) -> None:
         """Require 1 to 254 colors with unique names."""
@@ -150,6 +157,7 @@ class ColorDistance(Method):
         self._image: LabelImage | None = None
         self._finder = ColorFinder(config.colors)
         is_sought = any(color.is_sought for color in config.colors)
+        self._small = SmallThings(config.of_small_things, self.labels)
         self._smoothing = Smoothing(config.smoothing or int(not is_sought))
         is_fixed = not (is_sought or config.follow_light)
         self._tables = [KeptTable(is_fixed, config.threads) for _ in ('tight', 'loose')]
@@ -160,12 +168,12 @@ class ColorDistance(Method):
         config = self._config
         self._given = colors
         self.is_found = np.array([False, *(color.is_sought for color in colors)])
-        colors = self._finder.resolve(colors)
+        colors = self._finder.resolve(colors, is_small=True)
         self._table = self._tables[0].of(colors)
         self.needs_color = not (self.is_found.any() or self._table.holds_gray)
         self._chroma_filter: ChromaFilter | None = None
         if config.grow > 1:
-            self._loose = self._tables[1].of(tuple(_grown(c, config.grow) for c in colors))
+            self._loose = self._tables[1].of(tuple(c.grown(config.grow) for c in colors))
 
     @property
     def trouble(self) -> str:
@@ -187,8 +195,8 @@ class ColorDistance(Method):
         self._frame = frame
         if self._finder.look(frame):
             self._take(self._given)
-        old, self._image = self._image, None
-        image = self._image = self._labels(frame, old)
+        old, self._image, due = self._image, None, self._small.due(frame.stamp)
+        image = self._image = self._labels(frame, old, bool(due))
         self.whole = None
         if self._config.grow > 1:
             image = self._grow(image, self._loose.label(frame.image, frame.encoding))
@@ -199,9 +207,10 @@ class ColorDistance(Method):
             image.apart = not colors_touch(image)
             if not image.apart:
                 join_pieces(image, lambda position, label: self._is_within(image, position, label))
+        self.small = self._small.find(image, due, self._finder.missing, frame.stamp)
         return image
 
-    def _labels(self, frame: Frame, old: LabelImage | None) -> LabelImage:
+    def _labels(self, frame: Frame, old: LabelImage | None, is_whole: bool) -> LabelImage:
         """Label pixels with the nearest color; converts only candidate pixels of YUV frames."""
         if is_yuv(frame):
             self._chroma_filter = self._chroma_filter or ChromaFilter(self._table.touched)
@@ -211,7 +220,8 @@ class ColorDistance(Method):
             if image is not None:
                 return image
             frame = plain(frame)
-        erosion = self._config.erosion_size if self._config.erosion_alone else 1
+        is_eroded = self._config.erosion_alone and not is_whole
+        erosion = self._config.erosion_size if is_eroded else 1
         return self._table.label(frame.image, frame.encoding, erosion, old)
 
     def _is_within(
@@ -253,6 +263,7 @@ class ColorDistance(Method):
     def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
         """Update the background outside all blobs, and move the colors toward the detected ones."""
         config = self._config
+        self._small.see(kept.take(~among(kept, self.small)), frame.stamp)
         if config.moving_only:
             picture = channels_of(frame)
             self._background.follow(picture, frame.stamp, blobs, config.learn_seconds)
@@ -283,12 +294,3 @@ class ColorDistance(Method):
         self._follower = ColorFollower(self._config.colors, self._config.follow_light)
         self._finder = ColorFinder(self._config.colors)
         self._take(self._config.colors)
-
-
-def _grown(color: ReferenceColor, factor: float) -> ReferenceColor:
-    """The color with a larger tolerance; inverted colors are not changed."""
-    if color.inverted:
-        return color
-    first, second, third = (min(factor * axis, MAX_TOLERANCE) for axis in color.axes)
-    tolerance = min(factor * color.tolerance, MAX_TOLERANCE)
-    return replace(color, tolerance=tolerance, tolerance_lab=(first, second, third))
