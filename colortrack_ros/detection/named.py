@@ -70,7 +70,8 @@ class Choice:
     :param misfit: how far it is from what the name is typical of: below 1 if it is typically called
         so, and below 2 if it has one of its hues.
     :param extent: how far it extends; None if it is a ground, more than the color may cover.
-    :param is_sound: whether there is a gap around it, and its pixels form things.
+    :param is_sound: whether there is a gap around it, its pixels form things, and their mean is no
+        gray: black with a red tinge here and there is not red.
     """
 
     lab: Triple
@@ -134,7 +135,9 @@ def assess(
     if misfit < 1:
         return Choice(lab, misfit, extent, bool(extent.growth < RISEN and is_thing))
     is_small = extent.pixels < LARGEST_DULL_SHARE * counts.sum()
-    return Choice(lab, misfit, extent, bool(extent.growth < MOST_GROWTH and is_small and is_thing))
+    is_colored = np.hypot(*extent.lab[1:]) > LEAST_CHROMA
+    is_one = extent.growth < MOST_GROWTH and is_small and is_colored and is_thing
+    return Choice(lab, misfit, extent, bool(is_one))
 
 
 def candidates(

@@ -111,7 +111,9 @@ class NamedColor(SoughtColor):
                 if is_own:
                     self._rank = max(self._rank, choice.rank)
                 elif choice.extent and (
-                    is_gone or choice.rank > self._rank or (is_more and choice.rank == self._rank)
+                    is_gone
+                    or choice.rank > self._rank
+                    or (is_more and choice.rank == self._rank > 0)
                 ):
                     return choice
             if is_own and self._rank >= highest:

@@ -12,6 +12,9 @@ from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.extent import count_colors
+from colortrack_ros.detection.extent import Extent
+from colortrack_ros.detection.extent import sample_colors
+from colortrack_ros.detection.named import assess
 from colortrack_ros.detection.named import candidates
 from colortrack_ros.detection.presets import PRESETS
 
@@ -271,3 +274,24 @@ def test_of_a_wall_and_a_thing_of_one_name_the_thing_is_found():
     for k in range(4):
         rows = detector.detect(room(k, (100, 40, (215, 20, 80)), ground=(150, 60, 40))).rows
         assert boxes(rows) == [(100, 80)]
+
+
+@pytest.mark.parametrize(('a', 'is_red'), [(2.0, False), (18.0, True)])
+def test_black_with_a_tinge_here_and_there_is_not_red(a, is_red):
+    frame, red = room(0), ReferenceColor.from_preset('red', 'red')
+    frame.image[150:170] = 12, 12, 40
+    both, extent = sample_colors(frame.image, 'bgr8'), Extent((8.0, a, 4.0), (9, 25, 12), 0.3, 8000)
+    assert assess(*both, red, (10.0, 18.0, 9.0), 1.5, extent).is_sound == is_red
+
+
+@pytest.mark.slow
+def test_thin_things_of_a_name_are_not_given_up_for_a_texture_without_a_gap_around_its_colors():
+    detector = detector_of('yellow')
+    for k in range(12):
+        frame = room(k)
+        for left in range(20, 200, 24):
+            frame.image[40:60, left : left + 2] = 40, 200, 230
+        dry_grass = np.random.default_rng(k).uniform([90, 110, 120], [175, 180, 190], (170, 170, 3))
+        frame.image[60:230, 220:390] = dry_grass if k > 7 else WALL
+        detector.detect(frame)
+    assert 'runs into' not in detector.trouble
