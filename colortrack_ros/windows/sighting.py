@@ -98,9 +98,10 @@ def _seek(
         return seen if is_like else None
     if is_like and not _is_background(frame, records, i, seen.z, past):
         return seen
-    seen = appearance.look(frame, _elsewhere(frame, appearance, records['seen'][i], looks))
-    # The more places have been searched, the likelier one resembles the target by chance.
-    if appearance.likeness(seen) < near + RARER * np.log(looks + 1):
+    place, nearer = _elsewhere(frame, appearance, records['seen'][i], looks)
+    seen = appearance.look(frame, place)
+    # The more places are as near, the likelier one of them resembles the target by chance.
+    if appearance.likeness(seen) < near + RARER * np.log(nearer + 1):
         return None
     if _is_background(frame, records, i, seen.z, past):
         return None
@@ -219,10 +220,16 @@ def _are_sized(turns: Indices) -> Bools:
     return np.asarray(turns % 2 == 0)
 
 
-def _elsewhere(frame: Frame, appearance: Appearance, last: Floats, looks: int) -> Floats:
-    """Return where to search for a lost target: around its last place, in cycles that double."""
+def _elsewhere(
+    frame: Frame, appearance: Appearance, last: Floats, looks: int
+) -> tuple[Floats, int]:
+    """Return where to search for a lost target: around its last place, in cycles that double.
+
+    :return: the place (u, v) [px], and how many are nearer to the last one.
+    """
     size = np.array(frame.image.shape[1::-1])
     place = np.clip(last, 0, size - 1) + SPIRAL * appearance.reach
     place = place[((place >= 0) & (place < size)).all(axis=1)]
     turn = looks + 1
-    return np.asarray(place[(turn - (1 << turn.bit_length() - 1)) % len(place)])
+    nearer = (turn - (1 << turn.bit_length() - 1)) % len(place)
+    return np.asarray(place[nearer]), nearer
