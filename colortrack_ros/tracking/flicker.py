@@ -38,6 +38,12 @@ COUNTED_MISSES = 9.0
 how often it is detected. Clutter that is found in a quarter of the frames is missed for longer once
 in thirteen times."""
 
+JUST_LOST = 1.5
+"""Frames within which an object was measured in the last one."""
+
+MISSES_COUNT = (('misses', COUNTED_MISSES + 0.5), ('gaps', JUST_LOST))
+"""Fields in which misses are counted, and frames since the last detection for which they are."""
+
 
 class Flicker:
     """Doubts tracks that are found less often than others, and stay where the others move."""

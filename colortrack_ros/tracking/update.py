@@ -20,7 +20,8 @@ from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.disappearances import LOST
 from colortrack_ros.tracking.edges import doubt_covered
 from colortrack_ros.tracking.extents import update_extents
-from colortrack_ros.tracking.flicker import COUNTED_MISSES
+from colortrack_ros.tracking.flicker import JUST_LOST
+from colortrack_ros.tracking.flicker import MISSES_COUNT
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.measurements import by_axis
@@ -54,9 +55,6 @@ MISSED_DIM, NO_OUTAGE_ODDS = 1 - DIM, (1 - OUTAGE) / OUTAGE
 SURE = 0.9
 """Least probability of being visible of the tracks that indicate an outage: tentative tracks on
 clutter, which is detected once, would indicate one in every frame. Assumed."""
-
-JUST_LOST = 1.5
-"""Frames within which an object was measured in the last one."""
 
 FORMED_VELOCITY = 2
 """Hits after which the velocity has been measured (two-point differencing), so that innovations say
@@ -118,7 +116,7 @@ def _record_hits(
     records = tracks.records
     track = slice(None) if every else taken.track
     if (prediction.step.again or not every) and not prediction.step.pauses:
-        for name, frames in (('misses', COUNTED_MISSES + 0.5), ('gaps', JUST_LOST)):
+        for name, frames in MISSES_COUNT:
             missed = prediction.unmeasured < frames * prediction.step.period
             if prediction.step.again:
                 records[name][track] -= missed[track]

@@ -159,3 +159,14 @@ def test_other_associators_run_where_objects_merge(associator):
     for detections in frames_of(crowd(rng, 15, 60, 30), rng, 30, 1.0, 40.0):
         rows = tracker.update(detections).rows
         assert np.isfinite(rows['covariance']).all()
+
+
+def test_what_a_detector_finds_in_two_pieces_now_and_then_is_always_shown():
+    tracker, rng = Tracker(), np.random.default_rng(2)
+    for k in range(70):
+        true = np.array([[100.0 + k, 200.0]])
+        z = true + rng.normal(0, 1.0, true.shape)
+        if rng.random() < 0.35:
+            z = z + np.array([[-7.0, 0.0], [7.0, 0.0]])
+        rows = tracker.update(points(z, round((1 + k / 30) * 1e9), 0.0)).rows
+        assert k <= 5 or np.hypot(rows['u'] - true[0, 0], rows['v'] - 200).min(initial=99) < 15
