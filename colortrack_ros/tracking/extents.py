@@ -192,6 +192,7 @@ def _learn_unlike(
     is followed slowest, and only if its centroid is closer to the prediction than the centers that
     either side gives, or if it keeps its size from the last frame on: otherwise the object is not
     smaller but cut. What comes out from behind a cover is as narrow as when it was last seen there.
+    What had no box yet is as large as its first.
 
     :param extent: (K, 2, 2) of the objects [px].
     :param reach: (K, 2, 2) of the blobs, see Measurements.reach() [px].
@@ -201,7 +202,7 @@ def _learn_unlike(
     records = prediction.records
     last = records['box_size'][track]
     small = excess < most_growth(prediction, track)
-    growing = (excess > 0) & (small[:, :1] & small[:, 1:])
+    growing = (excess > 0) & (small[:, :1] & small[:, 1:]) | (total(extent) <= 0)
     cut = _are_off(prediction, blobs, track, blob, extent)
     steady = (np.abs(reach.sum(axis=1) - last) < TOLERANCE).all(axis=1)[:, None]
     steady &= (prediction.unseen[track] < LAST_FRAME * prediction.step.period)[:, None]

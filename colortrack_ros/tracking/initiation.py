@@ -13,6 +13,7 @@ from colortrack_ros.tracking.rectangles import points_inside
 from colortrack_ros.tracking.sizes import both_ways
 from colortrack_ros.tracking.sizes import total
 from colortrack_ros.tracking.splinters import note_hosts
+from colortrack_ros.tracking.unsized import have_boxes
 
 NEW = 0.5
 """Prior probability that an unassociated detection is an object: even odds, since nothing is known.
@@ -37,16 +38,17 @@ def initiate(
     """
     if not len(new):
         return
-    if prediction.sized and len(prediction.records):
+    sized = have_boxes(blobs)[new]
+    if np.count_nonzero(sized) and prediction.sized and len(prediction.records):
         size = total(prediction.records['extent'])
-        prediction.sizes.learn_alike(size, blobs.size[new[:MOST_NEW]])
+        prediction.sizes.learn_alike(size, blobs.size[new[sized][:MOST_NEW]])
     bank, z, speed, noise = tracks.filters, blobs.z[new], prediction.speed, prediction.noise
     spread = np.array([0.0, 0.0, *speed, noise, noise])
     filters = bank.at_rest(z, blobs.R[new], spread[: bank.model.size])
     records = tracks.initiate(filters, prediction.step.now)
     records['origin'] = records['seen'] = z
     records['color'] = blobs.rows['color'][new]
-    records['extent'] = blobs.reach(new)
+    records['extent'][sized] = blobs.reach(new[sized])
     records['partial'] = blobs.cut[new]
     records['stood'], records['whole'] = blobs.box[new], both_ways(blobs.size[new])
     records['emerging'] = True

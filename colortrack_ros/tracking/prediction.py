@@ -28,14 +28,13 @@ from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.measurements import median
 from colortrack_ros.tracking.sizes import log_fit
+from colortrack_ros.tracking.sizes import nearness
 from colortrack_ros.tracking.sizes import Sizes
 from colortrack_ros.tracking.sizes import total
+from colortrack_ros.tracking.unsized import lend_sizes
 
 LAST_FRAME = 1.5
 """A track measured within this many frames was measured in the last one; halfway from 1 to 2."""
-
-FEWEST_SIZES = 2
-"""Number of sizes from which on they say who is near and who is far. One has nothing to compare."""
 
 LEAST_SIZE_SLACK = 0.15
 """Least tolerance of the size of whole boxes, as a share of it. Networks have few sizes to choose
@@ -193,20 +192,19 @@ def predict_with_camera(
 
 
 def _expect(
-    tracks: TrackTable[Bank],
-    unseen: Floats,
-    measurements: Measurements,
-    learned: Adaptation,
-    config: TrackerConfig,
-    step: Step,
-) -> Prediction:
+    tracks: TrackTable[Bank], unseen: Floats, measurements: Measurements, learned: Adaptation,
+    config: TrackerConfig, step: Step,
+) -> Prediction:  # fmt: skip
     """Collect the predictions of the filters and of what has been learned of the scene."""
     bank, records = tracks.filters, tracks.records
     mean, cov = bank.estimate()
     unmeasured, size = unseen, total(records['extent'])
-    sized = config.use_boxes and bool(np.count_nonzero(measurements.size) or np.count_nonzero(size))
+    known = np.count_nonzero(measurements.size)
+    sized = config.use_boxes and bool(known or np.count_nonzero(size))
     if not sized:
         unmeasured = np.minimum(unmeasured, (step.now - records['shared']) / NANOSECONDS)
+    elif known < measurements.size.size and len(records):
+        lend_sizes(measurements, mean[:, :2], records)
     detected = learned.detection_rate.estimate(config.detection_probability)
     seen, chance = detected * records['visible'], maneuver_chance(records['rate'], unmeasured)
     return Prediction(
@@ -231,22 +229,6 @@ def _expect(
         finds_whole=learned.finds_whole,
         weak_below=learned.overlaps.weak_below,
     )
-
-
-def nearness(size: Floats) -> Floats | None:
-    """Return sizes over the root mean square of all, (N, 1), at most 1; None for fewer than two.
-
-    What is complete and looks smaller than others is farther away, and so it looks slower.
-
-    :param size: (N, 2) [px], 0 where unknown, which counts as near.
-    """
-    area = size[:, 0] * size[:, 1]
-    known = area > 0
-    count = np.count_nonzero(known)
-    if count < FEWEST_SIZES:
-        return None
-    near = np.where(known, np.sqrt(area * count / area.sum()), 1.0)
-    return np.minimum(near, 1.0)[:, None]
 
 
 def coast(

@@ -44,6 +44,9 @@ robust against the few boxes that are cut or merged."""
 LEAST_CHANGE = 0.1
 """Least change of size, in tolerances, for a box that stays exactly the same. Assumed."""
 
+FEWEST_SIZES = 2
+"""Number of sizes from which on they say who is near and who is far. One has nothing to compare."""
+
 
 def total(extent: Floats) -> Floats:
     """Return the sizes, (K, 2), of extents, (K, 2, 2): from the low to the high side [px]."""
@@ -54,6 +57,22 @@ def total(extent: Floats) -> Floats:
 def both_ways(size: Floats) -> Floats:
     """Return for each axis the sizes, (K, 2), on it and on the other one, (K, 2, 2)."""
     return np.asarray(np.stack([size, size[:, ::-1]], axis=2))
+
+
+def nearness(size: Floats) -> Floats | None:
+    """Return sizes over the root mean square of all, (N, 1), at most 1; None for fewer than two.
+
+    What is complete and looks smaller than others is farther away, and so it looks slower.
+
+    :param size: (N, 2) [px], 0 where unknown, which counts as near.
+    """
+    area = size[:, 0] * size[:, 1]
+    known = area > 0
+    count = np.count_nonzero(known)
+    if count < FEWEST_SIZES:
+        return None
+    near = np.where(known, np.sqrt(area * count / area.sum()), 1.0)
+    return np.minimum(near, 1.0)[:, None]
 
 
 def tolerance(size: Floats) -> Floats:

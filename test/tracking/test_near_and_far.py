@@ -8,7 +8,7 @@ from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
-from colortrack_ros.tracking.prediction import nearness
+from colortrack_ros.tracking.sizes import nearness
 
 WIDTH, HEIGHT, RATE = 1242, 375, 10.0
 FAR, NEAR = (14, 44), (70, 190)
