@@ -259,6 +259,8 @@ class Camera:
     def publish(self, rows: NDArray[np.void], tracks: TrackTable[Bank]) -> None:
         """Add the camera's motion to the velocities of published tracks, of dtype TRACK.
 
+        Its error is that of the detections that told it: these do not reduce it once more.
+
         :param tracks: all tracks.
         """
         if self.stands or not len(rows):
@@ -270,6 +272,8 @@ class Camera:
         rows['du'] += way[:, 0]
         rows['dv'] += way[:, 1]
         rows['covariance'][:, (2, 3), (2, 3)] += self._change2
+        if isinstance(self._motion, EgoMotion):
+            rows['covariance'][:, (0, 1), (0, 1)] += self._motion.variance
 
     def _way(self, tracks: TrackTable[Bank]) -> Floats:
         """Return what the camera's motion adds to the velocities of tracks, (N, 2) [px/s]."""

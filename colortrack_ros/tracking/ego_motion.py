@@ -133,9 +133,9 @@ def find_ego_motion(expected: Floats, variance: Floats, z: Floats) -> EgoMotion 
     if agrees.sum() < max(FEWEST, len(expected) / 2):
         return None
     found = _fit(motion.of(expected)[agrees], z[nearest[agrees]], sigma[agrees])
-    if found is None:
-        return None if motion is STANDING else motion
-    return found.after(motion)
+    if found is not None:
+        return found.after(motion)
+    return None if motion is STANDING else motion._replace(variance=_variance(sigma[agrees]))
 
 
 def find_jump(expected: Floats, variance: Floats, z: Floats) -> EgoMotion | None:
@@ -269,5 +269,9 @@ def _fit(expected: Floats, z: Floats, sigma: Floats) -> EgoMotion | None:
         now = cost(motion)
         if now < least - SIGNIFICANT:
             best, least = motion, now
-    variance = 2 * float(np.median(sigma)) ** 2 / len(z)  # twice that of a mean, for the turn
-    return None if best is None else best._replace(variance=variance)
+    return None if best is None else best._replace(variance=_variance(sigma))
+
+
+def _variance(sigma: Floats) -> float:
+    """Return that of a motion fitted to K pairs, (K, 2), twice that of a mean, for the turn."""
+    return 2 * float(np.median(sigma)) ** 2 / len(sigma)

@@ -179,6 +179,23 @@ def test_a_camera_that_shakes_costs_no_id_though_objects_are_missed(size, count,
     assert rows['track_id'].tolist() == list(range(1, count + 1))
 
 
+@pytest.mark.slow
+def test_ellipses_hold_what_a_shaking_camera_shows():
+    rng, tracker, inside = np.random.default_rng(7), Tracker(), []
+    home = crowd(rng, 8)
+    for k in range(60):
+        true = home + rng.normal(0, 20, 2)
+        detections = points(true + rng.normal(0, 1.5, true.shape), round(k * FRAME), 0.0)
+        rows = tracker.update(detections).rows
+        if k >= 20:
+            place = np.stack([rows['u'], rows['v']], axis=1)
+            away = place[:, None] - true
+            error = away[np.arange(len(rows)), np.hypot(*away.T).argmin(axis=0)]
+            P = rows['covariance'][:, :2, :2]
+            inside.extend(np.einsum('ni,nij,nj->n', error, np.linalg.inv(P), error) < 5.99)
+    assert 0.9 < np.mean(inside) < 0.99
+
+
 @pytest.mark.parametrize('ego_motion', ['auto', 'detections'])
 def test_a_camera_that_is_thrown_back_as_far_as_it_came_costs_no_id(ego_motion):
     """Had it gone on, it would be farther away than motions are searched for."""
