@@ -58,6 +58,13 @@ def _normal_points() -> tuple[Floats, Floats]:
 
 
 FALL_POINTS, FALL_WEIGHTS = _normal_points()
+FALL_MOMENTS = np.array(
+    [
+        w * np.array([1, p, q, p * p, p * q, q * p, q * q])
+        for w, p, q in zip(FALL_WEIGHTS, *FALL_POINTS, strict=True)
+    ]
+)
+"""Of each point what sums up to the probability, mean, and square of those that touch, (441, 7)."""
 
 
 def fall(
@@ -115,7 +122,7 @@ def _bounce(moved: Floats, P: Floats, kinds: Kinds, ground: float) -> None:
     Whether an object touched the ground within this step is as uncertain as its height, and what
     rises already does not touch it again. So height and vertical speed x are reflected point by
     point, and the result is linearized statistically (Gelb 1974, 6.2): it is A x and a rest that is
-    not correlated with x.
+    not correlated with x. Both follow from the moments of the points that touch the ground.
 
     :param moved: (N, 8, 8 + 8 C + 1), see :func:`_brake`.
     :param P: (N, 8 C, 8 C) covariance of the camera errors.
@@ -128,24 +135,25 @@ def _bounce(moved: Floats, P: Floats, kinds: Kinds, ground: float) -> None:
     if not near.any():
         return
     (rows,) = near.nonzero()
-    whole, S, above = moved[rows], S[rows], above[rows]
-    x = np.linalg.cholesky(S) @ FALL_POINTS
-    there = above[..., None] + x
-    hits = (there < 0).all(axis=1, keepdims=True)
-    back = -there * hits
-    rest = np.where(hits, kinds.bounce[rows, None, None] * back, there)
-    whole[:, FALLS, -1] += rest @ FALL_WEIGHTS - above
-    rest -= (rest @ FALL_WEIGHTS)[..., None]
-    A = np.linalg.solve(S, x * FALL_WEIGHTS @ rest.swapaxes(1, 2)).swapaxes(1, 2)
-    rest -= A @ x
+    whole, L, above = moved[rows], np.linalg.cholesky(S[rows]), above[rows, :, None]
+    hits = (-above > L @ FALL_POINTS).all(axis=1)
+    share, first, second = np.split(hits @ FALL_MOMENTS, [1, 3], axis=1)
+    first, second = first[:, None], second.reshape(-1, 2, 2)
+    # of y, x where it hits and else 0: the mean, the covariance with the points, E[y y']
+    mean, G = above * share[..., None] + L @ first.swapaxes(1, 2), above * first + L @ second
+    square = mean @ above.swapaxes(1, 2) + G @ L.swapaxes(1, 2)
+    change = 1 + kinds.bounce[rows, None, None]
+    whole[:, FALLS, -1] -= (change * mean)[..., 0]
     F = np.tile(np.eye(OF_OBJECT), (len(rows), 1, 1))
-    F[:, FALLS[:, None], FALLS] = A
+    F[:, FALLS[:, None], FALLS] -= change * np.linalg.solve(
+        L.swapaxes(1, 2), G.swapaxes(1, 2)
+    ).swapaxes(1, 2)
     whole[..., :-1] = F @ whole[..., :-1]
     cov = whole[..., :OF_OBJECT]
     cov[...] = cov @ F.swapaxes(1, 2)
-    cov[:, FALLS[:, None], FALLS] += rest * FALL_WEIGHTS @ rest.swapaxes(1, 2)
-    cov[:, FALLS[:, None], FALLS] += RESTITUTION**2 * (back * FALL_WEIGHTS) @ back.swapaxes(1, 2)
-    _rub(whole, P[rows], hits @ FALL_WEIGHTS)
+    rest = square - mean @ mean.swapaxes(1, 2) - G @ G.swapaxes(1, 2)
+    cov[:, FALLS[:, None], FALLS] += np.square(change) * rest + RESTITUTION**2 * square
+    _rub(whole, P[rows], share)
     moved[rows] = whole
 
 
