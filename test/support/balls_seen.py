@@ -23,7 +23,7 @@ def seen(view, points, stamp, ids=None, radius=RADIUS):
     z, _ = expected(view, mean, np.full(len(points), 2 * radius), np.zeros(len(points)))
     rows, tracks = np.zeros(len(points), DETECTION), np.zeros(len(points), TRACK)
     rows['u'], rows['v'] = z[:, 0], z[:, 1]
-    size = z[:, BLOB] - LocatorConfig().eroded
+    size = z[:, BLOB] - LocatorConfig.eroded
     rows['box_w'] = rows['box_h'] = size
     rows['area'] = np.pi / 4 * size**2
     rows['box_u'], rows['box_v'] = rows['u'] - size / 2, rows['v'] - size / 2
