@@ -106,7 +106,7 @@ def test_a_ball_in_the_box_of_a_network_is_located_by_its_size():
     for k in range(20):
         stamp = START + k * 40_000_000
         (blob,) = seen(view, (2.0, 0.3, RADIUS), stamp)[1].rows
-        side = float(blob['box_w']) + LocatorConfig().eroded
+        side = float(blob['box_w']) + LocatorConfig.eroded
         boxes = serialized([box(float(blob['u']), float(blob['v']), side, side)], stamp)
         detections = setup.feed.detections.reader(pytest.fail)(boxes)
         (found,) = locator.update(tracker.update(detections), detections, view).rows

@@ -1,7 +1,7 @@
 """Detections made by hand: of points, and of discs that cover each other or hide behind a bar."""
 
+import cv2
 import numpy as np
-from scipy import ndimage
 
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
@@ -53,7 +53,11 @@ def discs(centers, radius, shape, bar=None, stamp=0):
     v, u = np.ogrid[: shape[0], : shape[1]]
     mask = np.zeros(shape, bool)
     for center in np.asarray(centers, float).reshape(-1, 2):
-        mask |= (u - center[0]) ** 2 + (v - center[1]) ** 2 <= radius**2
+        first = np.clip(np.floor(center - radius), 0, shape[::-1]).astype(int)
+        last = np.clip(np.ceil(center + radius) + 1, 0, shape[::-1]).astype(int)
+        across, down = map(slice, first, last)
+        square = (u[:, across] - center[0]) ** 2 + (v[down] - center[1]) ** 2
+        mask[down, across] |= square <= radius**2
     if bar is not None:
         mask[:, bar[0] : bar[1]] = False
     return blobs_of(mask, stamp)
@@ -61,19 +65,22 @@ def discs(centers, radius, shape, bar=None, stamp=0):
 
 def blobs_of(mask, stamp=0):
     """Detections of what is connected in a mask, (H, W), largest first."""
-    labels, count = ndimage.label(mask, np.ones((3, 3)))
-    rows = np.zeros(count, DETECTION)
-    for i, (down, across) in enumerate(ndimage.find_objects(labels)):
-        y, x = np.nonzero(labels[down, across] == i + 1)
-        box = across.start, down.start, across.stop - across.start, down.stop - down.start
-        cut_u = across.start == 0 or across.stop == mask.shape[1]
-        cut_v = down.start == 0 or down.stop == mask.shape[0]
-        row = rows[i]
-        row['u'], row['v'], row['area'] = box[0] + x.mean(), box[1] + y.mean(), len(x)
-        row['box_u'], row['box_v'], row['box_w'], row['box_h'] = box
-        row['cov_uu'] = 0.05 + 1 / len(x) + cut_u * (box[2] / 4) ** 2
-        row['cov_vv'] = 0.05 + 1 / len(x) + cut_v * (box[3] / 4) ** 2
-        row['score'] = 1.0
+    mask = mask.astype(np.uint8)
+    left, top, width, height = cv2.boundingRect(mask)  # what is empty is not looked through
+    part = mask[top : top + max(height, 1), left : left + max(width, 1)]
+    _, _, stats, centroids = cv2.connectedComponentsWithStats(part)
+    stats[:, :2] += left, top
+    centroids += left, top
+    (u, v), (left, top, width, height, area) = centroids[1:].T, stats[1:].T
+    rows = np.zeros(len(area), DETECTION)
+    cut_u = (left == 0) | (left + width == mask.shape[1])
+    cut_v = (top == 0) | (top + height == mask.shape[0])
+    for name, values in {
+        'u': u, 'v': v, 'area': area, 'box_u': left, 'box_v': top, 'box_w': width, 'box_h': height,
+        'cov_uu': 0.05 + 1 / area + cut_u * (width / 4) ** 2,
+        'cov_vv': 0.05 + 1 / area + cut_v * (height / 4) ** 2, 'score': 1.0,
+    }.items():  # fmt: skip
+        rows[name] = values
     return Detections(rows[np.argsort(-rows['area'], kind='stable')], stamp, 'camera')
 
 

@@ -37,7 +37,7 @@ def located(method, enlarged, view=LOW, pictures=10):
     for k in range(pictures):
         tracks, detections = seen(view, POINTS, 10**9 + k * FRAME, radius=RADIUS)
         for rows in (tracks.rows, detections.rows):
-            rows['box_w'] = rows['box_h'] = enlarged(rows['box_w'] + LocatorConfig().eroded)
+            rows['box_w'] = rows['box_h'] = enlarged(rows['box_w'] + LocatorConfig.eroded)
             rows['area'] = np.pi / 4 * rows['box_w'] ** 2
         rows['box_u'], rows['box_v'] = rows['u'] - rows['box_w'] / 2, rows['v'] - rows['box_h'] / 2
         found = locator.update(tracks, detections, view).rows
