@@ -3,8 +3,6 @@ import pytest
 from support import textbook
 from support.cameras import encode
 
-from colortrack_ros.contours import ContourConfig
-from colortrack_ros.contours import ContourTracker
 from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
 from colortrack_ros.detection import Detector
@@ -81,15 +79,14 @@ def pictures():
 
 @pytest.mark.slow
 @pytest.mark.parametrize('encoding', list(LAYOUTS))
-def test_windows_follow_and_contours_take_every_encoding(encoding, pictures):
-    windows, contours = WindowTracker(), ContourTracker(ContourConfig())
+def test_windows_follow_in_every_encoding(encoding, pictures):
+    """Contours do in contours/test_tracker_input.py."""
+    windows = WindowTracker()
     row = Detector(DetectorConfig()).detect(Frame(pictures[0])).rows[0]
     windows.start([[row[name] for name in ('box_u', 'box_v', 'box_w', 'box_h')]])
     for k, picture in enumerate(pictures):
         image = encode(picture, encoding).image
-        frame = Frame(image, encoding, stamp=k * 10**9 // 30)
-        tracks = windows.update(frame)
-        contours.update(frame)
+        tracks = windows.update(Frame(image, encoding, stamp=k * 10**9 // 30))
     assert len(tracks.rows) == 1
     assert tracks.rows['time_since_update'][0] == 0
 

@@ -15,6 +15,7 @@ from colortrack_ros.data import CONFIRMED
 from colortrack_ros.estimation.waiting_boxes import WaitingBoxes
 
 RADIUS = 26.0
+STILL, MOVING = (0.0, 0.0), (2.0, 0.5)
 ALONE = ContourConfig(start='targets')
 
 
@@ -28,9 +29,14 @@ def place(k, speed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('start', ['targets', 'background', 'difference'])
-@pytest.mark.parametrize('speed', [(0.0, 0.0), (2.0, 0.5)], ids=['still', 'moving'])
-@pytest.mark.parametrize('shape', ['person', 'quadrilateral'])
+@pytest.mark.parametrize(
+    ('shape', 'speed', 'start'),
+    [
+        ('person', STILL, 'targets'), ('quadrilateral', MOVING, 'targets'),
+        ('quadrilateral', STILL, 'background'), ('person', MOVING, 'background'),
+        ('person', STILL, 'difference'), ('quadrilateral', MOVING, 'difference'),
+    ],
+)  # fmt: skip
 def test_what_was_named_is_followed_from_the_first_picture_whether_it_moves_or_not(
     shape, speed, start
 ):

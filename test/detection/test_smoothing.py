@@ -48,8 +48,8 @@ def found(detector, frames):
 @pytest.mark.parametrize(
     ('encoding', 'sigma'),
     [
-        *itertools.product(['bgr8', 'rgba8', 'bayer_rggb8'], [0, 4, 8, 12]),
-        *itertools.product(['yuyv', 'nv12'], [0, 4, 8]),
+        *itertools.product(['bgr8', 'bayer_rggb8'], [0, 4, 8, 12]),
+        *itertools.product(['yuyv', 'nv12'], [0, 8]),
     ],
 )
 def test_a_dull_ball_is_found_in_a_noisy_picture(encoding, sigma):

@@ -69,8 +69,9 @@ def test_ellipses_hold_centers_of_boxes_whose_sides_err_for_seconds(size, rate):
     assert 0.85 < np.mean(inside) < 0.995
 
 
-@pytest.mark.parametrize('rounded', [False, True])
-@pytest.mark.parametrize('certain', [0.0, 0.5, 0.98])
+@pytest.mark.parametrize(
+    ('certain', 'rounded'), [(0.0, False), (0.0, True), (0.5, False), (0.98, True)]
+)
 def test_boxes_of_a_network_that_hardly_change_are_not_believed_to_a_pixel(certain, rounded):
     """They are drawn a twentieth of the side beside what stands there, and stay so.
 

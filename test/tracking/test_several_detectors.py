@@ -46,9 +46,13 @@ def one_after_the_other(tracker, found, others):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('scale', [1.0, 1.5])
-@pytest.mark.parametrize('give', [in_one_message, one_after_the_other])
-@pytest.mark.parametrize('joins', [0, 60])
+@pytest.mark.parametrize(
+    ('give', 'scale', 'joins'),
+    [
+        (in_one_message, 1.0, 0), (in_one_message, 1.5, 60),
+        (one_after_the_other, 1.5, 0), (one_after_the_other, 1.0, 60),
+    ],
+)  # fmt: skip
 def test_an_object_that_two_detectors_find_has_one_track_as_exact_as_by_the_better(
     give, scale, joins
 ):

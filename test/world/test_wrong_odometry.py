@@ -128,8 +128,10 @@ def test_one_that_sets_off_beside_others_is_not_told(speed, others):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('speed', [none, sets_off])
-@pytest.mark.parametrize('velocity', [(0.3, 0.0), (0.25, 0.2), (0.0, -0.2)])
+@pytest.mark.parametrize(
+    ('speed', 'velocity'),
+    [(none, (0.3, 0.0)), (sets_off, (0.25, 0.2)), (none, (0.0, -0.2)), (sets_off, (0.0, -0.2))],
+)
 def test_what_rolls_alike_is_no_mistake_while_all_drive_straight(speed, velocity):
     """By a yaw of the camera that is off, it would stand before a robot that drives."""
     poses = way(speed, none, 9 * SECOND)
