@@ -59,7 +59,7 @@ def test_errors_are_what_the_covariance_says(name):
     seen, _ = measured(name, ContourConfig())
     nees = [rows[:, 3].mean() for rows in seen.values()]
     assert max(nees) < 4.0
-    others = measured('approach', ContourConfig(), 'width=320&height=240', '20.8')[0]
+    others = measured('approach', ContourConfig(), 'width=320&height=240')[0]
     nees += [rows[:, 3].mean() for rows in others.values()]
     assert 0.2 < np.mean(nees) < 3.0
 
@@ -85,6 +85,6 @@ def test_with_the_values_of_the_document_it_is_no_worse_than_there_where_its_lin
 
 @pytest.mark.slow
 def test_no_more_targets_than_allowed():
-    _, frames = played('approach', 'width=320&height=240', '20.8')
+    _, frames = played('approach', 'width=320&height=240')
     tracker = ContourTracker(ContourConfig(max_targets=2))
     assert max(len(tracker.update(one).rows) for one in frames[:100]) == 2

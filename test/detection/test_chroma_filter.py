@@ -28,19 +28,23 @@ def noise(encoding, height=24, width=40):
     return Frame(np.random.default_rng(0).integers(0, 256, shape, np.uint8), encoding)
 
 
+@pytest.fixture(scope='module')
 def every_color():
-    """yuyv with each Y beside each U and V."""
+    """yuyv with each Y beside each U and V, and what it is when it is converted."""
     y, u, v = np.meshgrid(*[np.arange(256, dtype=np.uint8)] * 3, indexing='ij')
-    return Frame(np.stack([y, u, y, v], axis=-1).reshape(4096, 8192, 2), 'yuyv')
+    frame = Frame(np.stack([y, u, y, v], axis=-1).reshape(4096, 8192, 2), 'yuyv')
+    return frame, plain(frame).image
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize('rgb', RGB)
-def test_every_yuv_color_has_the_label_that_it_has_when_it_is_converted_first(rgb, monkeypatch):
+def test_every_yuv_color_has_the_label_that_it_has_when_it_is_converted_first(
+    rgb, every_color, monkeypatch
+):
     monkeypatch.setattr(chroma_filter, 'CONVERTED_SHARE', 1)
-    table, frame = ColorTable((ReferenceColor.from_rgb('c', rgb, 30.0),)), every_color()
+    (frame, converted), table = every_color, ColorTable((ReferenceColor.from_rgb('c', rgb, 30.0),))
     image = ChromaFilter(table.touched).label(frame, lambda x: table.label(x, 'bgr8').pixels)
-    expected = table.label(plain(frame).image, 'bgr8').pixels
+    expected = table.label(converted, 'bgr8').pixels
     np.testing.assert_array_equal(image.pixels, expected)
     assert expected.any()
 

@@ -90,7 +90,7 @@ def test_a_picture_whose_viewpoint_is_not_known_costs_nothing_but_its_turn():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(('seconds', 'turn'), [(12, 60), (12, 40), (16, 80)])
+@pytest.mark.parametrize(('seconds', 'turn'), [(12, 40), (16, 80)])
 def test_balls_alike_keep_their_ids_while_a_robot_drives_and_swings(seconds, turn):
     """Each leaves the picture and returns within five seconds, seen from another place."""
     poses = [*driving(seconds, turn=turn)]
@@ -168,7 +168,7 @@ def test_a_ball_that_is_hidden_as_the_robot_stops_stays_where_it_is():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(('seconds', 'degrees'), [(2.0, 60.0), (2.0, 150.0), (4.0, 150.0)])
+@pytest.mark.parametrize(('seconds', 'degrees'), [(2.0, 60.0), (4.0, 150.0)])
 def test_what_comes_into_view_elsewhere_is_not_what_a_turn_took_out_of_view(seconds, degrees):
     """The first thing is still where it was, which the camera no longer shows."""
     yaws = np.radians(np.clip(45 * (np.arange(330) * FRAME / 1e9 - seconds), 0, degrees))

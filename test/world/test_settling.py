@@ -36,10 +36,15 @@ def bends(truth, dt, motion, rng):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('move', [world_scene.move, slows_down, bends])
-@pytest.mark.parametrize('speed', [0.1, 0.2])
+@pytest.mark.parametrize(
+    ('move', 'speed'),
+    [(world_scene.move, 0.1), (slows_down, 0.1), (slows_down, 0.2), (bends, 0.2)],
+)
 def test_default_kinds_that_roll_slowly_are_where_they_are_said_to_be(monkeypatch, move, speed):
-    """They were in the ellipsoid of 95 % in 66 to 84 % of the rows."""
+    """They were in the ellipsoid of 95 % in 66 to 84 % of the rows.
+
+    Now 90 to 94 %, and by half of the runs 88 to 95 %, so it takes all 60.
+    """
     monkeypatch.setattr(world, 'config_of', lambda *_: world_scene.config_of('ground', 'rests'))
     monkeypatch.setattr(world, 'move', move)
     monkeypatch.setitem(world_scene.SPEED, 'rolls', (speed, speed, 0.0))
