@@ -73,7 +73,7 @@ def test_colors_do_not_tell_of_each_other():
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ('noise', 'given'),
-    [(0.5, 0.0), (0.5, 0.3), (0.5, 3.0), (2.0, 1.0), (5.0, 0.0), (5.0, 0.3), (5.0, 3.0)],
+    [(5.0, 0.0), (5.0, 0.3), (2.0, 1.0), (0.5, 3.0)],
 )
 def test_ellipses_hold_what_they_say_whatever_is_given(noise, given):
     """95 % ellipses of eight objects on straight lines, with three seeds."""
@@ -92,7 +92,7 @@ def test_ellipses_hold_what_they_say_whatever_is_given(noise, given):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(('noise', 'missed'), [(3.0, 0.3), (0.5, 0.5), (0.5, 0.65), (3.0, 0.65)])
+@pytest.mark.parametrize(('noise', 'missed'), [(3.0, 0.3), (0.5, 0.5), (3.0, 0.65)])
 def test_ellipses_hold_what_they_say_whatever_is_missed(noise, missed):
     """Objects that are hardly seen in six frames in a row; four seeds, from 2 s on."""
     inside, names = [], []
