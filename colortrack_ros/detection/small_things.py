@@ -102,16 +102,18 @@ class SmallThings:
     """
 
     def __init__(self, colors: list[int], count: int) -> None:
-        self._colors = colors
-        self._specks = {k: Specks.of(np.zeros((0, 2)), 0) for k in colors}
+        self._colors, self._count = colors, count
+        self._specks = dict[int, Specks]()
         self._seen: NDArray[np.int64] | None = None
-        self._count = count
+        self._last = 0
 
     def due(self, stamp: int) -> list[int]:
         """The colors of which nothing has been seen for so long that specks are looked at."""
-        if self._seen is None or (stamp < self._seen).any():
+        if self._seen is None or stamp < self._last:
+            self._specks = {k: Specks.of(np.zeros((0, 2)), 0) for k in self._colors}
             first = round((FIRST_SECONDS - USUAL_SECONDS) * NANOSECONDS)
             self._seen = np.full(self._count, stamp + first, np.int64)
+        self._last = stamp
         since = (stamp - self._seen) / NANOSECONDS
         return [k for k in self._colors if since[k] >= USUAL_SECONDS]
 

@@ -115,3 +115,11 @@ def test_a_speck_that_comes_back_less_often_than_not_is_forgotten():
         seen = here if k % 3 == 0 else here[:0]
         assert not specks.update(seen, 20.0, k * NANOSECONDS // 10).any()
     assert len(specks) <= 1
+
+
+def test_a_small_ball_is_found_when_the_stamps_start_again():
+    """As in a recording that is played in a loop, at the end of which the ball has just come."""
+    detector = sought(RED)
+    rows_of(detector, (picture(*[(80, 60)] * (k >= 38), seed=k) for k in range(40)))
+    found = rows_of(detector, (picture((80, 60), seed=k) for k in range(25)))
+    assert [len(rows) for rows in found[FROM:]] == [1] * (25 - FROM)
