@@ -94,7 +94,7 @@ class ColorFinder:
             if k not in unseen  # what a name is typical of may be anything's color
         }
         is_named = any(color.preset for color in self._given)
-        extended = self.resolve(self._given) if is_named else ()
+        extended = self.resolve(self._given, []) if is_named else ()
         for k, sought in self._sought.items():
             sought.apart = [lab for j, lab in shown.items() if j != k]
             sought.taken = (*extended[:k], *extended[k + 1 :])
@@ -237,12 +237,13 @@ class ColorFinder:
         return share
 
     def resolve(
-        self, colors: tuple[ReferenceColor, ...], is_small: bool = False
+        self, colors: tuple[ReferenceColor, ...], small: list[int]
     ) -> tuple[ReferenceColor, ...]:
-        """The colors, with estimates for what was not given, as SoughtColor.resolve()."""
+        """The colors, with estimates for what was not given; small: those of small things."""
         sought = self._sought
         return tuple(
-            sought[k].resolve(is_small) if k in sought else color for k, color in enumerate(colors)
+            sought[k].resolve(k in small) if k in sought else color
+            for k, color in enumerate(colors)
         )
 
     @property

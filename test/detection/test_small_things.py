@@ -123,3 +123,13 @@ def test_a_small_ball_is_found_when_the_stamps_start_again():
     rows_of(detector, (picture(*[(80, 60)] * (k >= 38), seed=k) for k in range(40)))
     found = rows_of(detector, (picture((80, 60), seed=k) for k in range(25)))
     assert [len(rows) for rows in found[FROM:]] == [1] * (25 - FROM)
+
+
+@pytest.mark.parametrize('given', [{}, {'erosion_size': 1, 'min_area': 1}, {'min_area': 21}])
+def test_a_wall_of_the_color_is_no_thing_and_is_told(given):
+    """It is not found, as it fills the picture, and whatever is not small is not found either."""
+    detector = Detector(DetectorConfig(colors=(ReferenceColor.from_rgb('it', RED, 0.0),), **given))
+    image = picture()
+    image[:, :140] = RED
+    assert not any(len(rows) for rows in rows_of(detector, [image] * 13))
+    assert 'fills more than' in detector.trouble

@@ -157,7 +157,7 @@ class ColorDistance(Method):
         self._image: LabelImage | None = None
         self._finder = ColorFinder(config.colors)
         is_sought = any(color.is_sought for color in config.colors)
-        self._small = SmallThings(config.of_small_things, self.labels)
+        self._small, self._due = SmallThings(config.of_small_things, self.labels), list[int]()
         self._smoothing = Smoothing(config.smoothing or int(not is_sought))
         is_fixed = not (is_sought or config.follow_light)
         self._tables = [KeptTable(is_fixed, config.threads) for _ in ('tight', 'loose')]
@@ -168,7 +168,7 @@ class ColorDistance(Method):
         config = self._config
         self._given = colors
         self.is_found = np.array([False, *(color.is_sought for color in colors)])
-        colors = self._finder.resolve(colors, is_small=True)
+        colors = self._finder.resolve(colors, self._due)
         self._table = self._tables[0].of(colors)
         self.needs_color = not (self.is_found.any() or self._table.holds_gray)
         self._chroma_filter: ChromaFilter | None = None
@@ -193,9 +193,11 @@ class ColorDistance(Method):
         if self._config.white_balance == 'gray_world':
             frame = replace(frame, image=self._gray_world.balance(frame.image))
         self._frame = frame
-        if self._finder.look(frame):
+        due = self._small.due(frame.stamp)
+        if self._finder.look(frame) or due != self._due:
+            self._due = due
             self._take(self._given)
-        old, self._image, due = self._image, None, self._small.due(frame.stamp)
+        old, self._image = self._image, None
         image = self._image = self._labels(frame, old, bool(due))
         self.whole = None
         if self._config.grow > 1:
