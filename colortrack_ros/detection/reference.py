@@ -282,7 +282,8 @@ def _shade_of(name: str, config: ReferenceColorConfig) -> ReferenceColor:
         color = ReferenceColor.from_preset(name, config.preset or name)
         is_fixed = axes or config.tolerance
         return ReferenceColor(name, color.lab, config.tolerance, axes) if is_fixed else color
-    raise ValueError(f'{name}: expected {one}, got none of them')
+    names = ', '.join(PRESETS)
+    raise ValueError(f'{name}: expected {one}, got none of them, and {name} is none of {names}')
 
 
 def apart_from(colors: Sequence[ReferenceColor], k: int) -> list[Triple]:

@@ -28,7 +28,10 @@ def test_a_color_is_given_as_lab_rgb_or_preset():
     [
         ({'colors': []}, r'colors: expected 1 to 254 names, got \[\]'),
         ({'colors': ['b', 'b'], 'b__preset': 'blue'}, 'each name once'),
-        ({'colors': ['b']}, 'b: expected one of b.lab, b.rgb and b.preset, got none of them'),
+        (
+            {'colors': ['b']},
+            'b: expected one of b.lab, b.rgb and b.preset, got none of them, and b is none of red',
+        ),
         (
             {'colors': ['b'], 'b__lab': [1.0, 2.0, 3.0], 'b__rgb': [1.0, 2.0, 3.0]},
             'b: expected one of b.lab, b.rgb and b.preset, got lab and rgb',
