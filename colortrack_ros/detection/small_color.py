@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.detection.cells import lab_of_cells
 from colortrack_ros.detection.extent import Extent
+from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.extent import SHAPE
 from colortrack_ros.detection.growth import FEWEST_PIXELS
 from colortrack_ros.detection.growth import HALF_WAY
@@ -36,7 +37,8 @@ def small_extent(
     :param counts: (65536,) of :func:`sample_colors`, pooled.
     :param apart: colors that other objects have.
     :param known: the extent before, which is kept if the new one is alike.
-    :returns: None if the color is not in the picture, or not told from what is frequent.
+    :returns: None if the color is not in the picture, fills it, or is not told from what is
+        frequent.
     """
     (filled,) = counts.nonzero()
     number, labs = counts[filled], lab_of_cells(filled)
@@ -49,6 +51,9 @@ def small_extent(
     reach = float(others.min()) / HALF_WAY
     if away.min() >= NEAR or not NEAR <= reach < np.inf:
         return None
+    pixels = float(number[away < reach].sum())
+    if pixels > LARGEST_SHARE * number.sum():
+        return None
     if (
         known
         and abs(reach * SHAPE[1] / known.axes[1] - 1) < REACH_ALIKE
@@ -56,7 +61,7 @@ def small_extent(
     ):
         return known
     dL, da, db = (reach * SHAPE).tolist()
-    return Extent(lab, (dL, da, db), 0.0, float(number[away < reach].sum()))
+    return Extent(lab, (dL, da, db), 0.0, pixels)
 
 
 def _is_near(one: Triple, other: Triple) -> bool:
