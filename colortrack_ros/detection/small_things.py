@@ -24,6 +24,9 @@ FIRST_SECONDS = 1.0
 has to come back [s]. Assumed: together ABSENT_SECONDS, after which it is told that there is
 none."""
 
+FIRST_LOOK = round((FIRST_SECONDS - USUAL_SECONDS) * NANOSECONDS)
+"""When something was seen of a color that is to be looked at in FIRST_SECONDS, from now [ns]."""
+
 SMALLEST, LARGEST_SPECK = 5, 3 * FEWEST_PIXELS
 """Areas of specks [px]: a disc of 2.5 px; more than what an erosion leaves FEWEST_PIXELS of."""
 
@@ -33,6 +36,11 @@ of 5 px have 0.9 and 0.6 at their worst places on the grid, chains of noise less
 
 MOST_SPECKS = 6
 """Largest number of specks in a picture that are things. Assumed; more are a texture or noise."""
+
+TEXTURE_SPECKS = 10 * MOST_SPECKS
+"""Number of specks from which on the next FIRST_SECONDS are not looked at. Chosen: noise has a few
+more than MOST_SPECKS now and then, of ground that runs into the color there are thousands, of which
+each look at 1920 x 1080 costs as much as all else twice."""
 
 SPECK_CHANCE = 0.02
 """Largest chance that another speck lies where one is expected to come back. HITS in a row by
@@ -104,22 +112,21 @@ class SmallThings:
     def __init__(self, colors: list[int], count: int) -> None:
         self._colors, self._count = colors, count
         self._specks = dict[int, Specks]()
-        self._seen: NDArray[np.int64] | None = None
+        self._seen = np.zeros(0, np.int64)
         self._last = 0
 
     def due(self, stamp: int) -> list[int]:
         """The colors of which nothing has been seen for so long that specks are looked at."""
-        if self._seen is None or stamp < self._last:
+        if not self._seen.size or stamp < self._last:
             self._specks = {k: Specks.of(np.zeros((0, 2)), 0) for k in self._colors}
-            first = round((FIRST_SECONDS - USUAL_SECONDS) * NANOSECONDS)
-            self._seen = np.full(self._count, stamp + first, np.int64)
+            self._seen = np.full(self._count, stamp + FIRST_LOOK, np.int64)
         self._last = stamp
         since = (stamp - self._seen) / NANOSECONDS
         return [k for k in self._colors if since[k] >= USUAL_SECONDS]
 
     def see(self, blobs: BlobTable, stamp: int) -> None:
         """Take note of the blobs that were found as usual."""
-        if self._seen is not None and len(blobs.label):
+        if len(blobs.label):
             self._seen[blobs.label.astype(np.intp) - 1] = stamp
 
     def find(
@@ -137,6 +144,8 @@ class SmallThings:
         for k in due:
             (mine,) = (blobs.label == k + 1).nonzero()
             reach = np.sqrt(SPECK_CHANCE * image.pixels.size / np.pi / max(len(mine), 1))
+            if len(mine) > TEXTURE_SPECKS:
+                self._seen[k] = stamp + FIRST_LOOK
             specks = mine[_is_compact(blobs)[mine]] if len(mine) <= MOST_SPECKS else mine[:0]
             is_thing[specks] = self._specks[k].update(blobs.mean[specks], reach, stamp)
         rest = np.isin(blobs.label, np.array(missing, int) + 1) & ~is_thing

@@ -12,6 +12,7 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.detection import small_things
 from colortrack_ros.detection.small_things import Specks
 
 RED, WALL, RATE = (200, 40, 35), 130.0, 5
@@ -133,3 +134,15 @@ def test_a_wall_of_the_color_is_no_thing_and_is_told(given):
     image[:, :140] = RED
     assert not any(len(rows) for rows in rows_of(detector, [image] * 13))
     assert 'fills more than' in detector.trouble
+
+
+def test_a_texture_of_the_color_is_not_looked_at_in_each_picture(monkeypatch):
+    """Looking at thousands of specks takes longer than all else."""
+    looks, find_blobs = [], small_things.find_blobs
+    monkeypatch.setattr(
+        small_things, 'find_blobs', lambda image, least: looks.append(1) or find_blobs(image, least)
+    )
+    image = picture()
+    image[::6, ::6] = RED
+    assert not any(len(rows) for rows in rows_of(sought(RED), [image] * 6 * RATE))
+    assert 1 < len(looks) < 8

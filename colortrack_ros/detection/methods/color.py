@@ -37,6 +37,7 @@ from colortrack_ros.detection.reference import ReferenceColorConfig
 from colortrack_ros.detection.small_things import among
 from colortrack_ros.detection.small_things import SmallThings
 from colortrack_ros.detection.smoothing import Smoothing
+from colortrack_ros.detection.sought_color import NOTHING
 from colortrack_ros.encodings import is_yuv
 from colortrack_ros.encodings import plain
 from colortrack_ros.encodings import size_of
@@ -169,6 +170,7 @@ class ColorDistance(Method):
         self._given = colors
         self.is_found = np.array([False, *(color.is_sought for color in colors)])
         colors = self._finder.resolve(colors, self._due)
+        self._looked = [k for k in self._due if colors[k].tolerance != NOTHING]
         self._table = self._tables[0].of(colors)
         self.needs_color = not (self.is_found.any() or self._table.holds_gray)
         self._chroma_filter: ChromaFilter | None = None
@@ -198,7 +200,7 @@ class ColorDistance(Method):
             self._due = due
             self._take(self._given)
         old, self._image = self._image, None
-        image = self._image = self._labels(frame, old, bool(due))
+        image = self._image = self._labels(frame, old, bool(self._looked))
         self.whole = None
         if self._config.grow > 1:
             image = self._grow(image, self._loose.label(frame.image, frame.encoding))
@@ -209,7 +211,7 @@ class ColorDistance(Method):
             image.apart = not colors_touch(image)
             if not image.apart:
                 join_pieces(image, lambda position, label: self._is_within(image, position, label))
-        self.small = self._small.find(image, due, self._finder.missing, frame.stamp)
+        self.small = self._small.find(image, self._looked, self._finder.missing, frame.stamp)
         return image
 
     def _labels(self, frame: Frame, old: LabelImage | None, is_whole: bool) -> LabelImage:
@@ -259,8 +261,7 @@ class ColorDistance(Method):
 
     def keep(self, frame: Frame, blobs: BlobTable, merged: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Keep blobs that are large enough, for colors whose least area is estimated."""
-        height, width = size_of(frame)
-        return self._finder.keep(blobs, merged, height * width, frame.stamp)
+        return self._finder.keep(blobs, merged, int(np.prod(size_of(frame))), frame.stamp)
 
     def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
         """Update the background outside all blobs, and move the colors toward the detected ones."""
