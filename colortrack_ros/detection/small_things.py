@@ -107,10 +107,13 @@ class SmallThings:
 
     :param colors: indices of the colors to find them of.
     :param count: number of all colors.
+
+    others: of which it finds none, as small ones are blobs like all others, or are not wanted.
     """
 
     def __init__(self, colors: list[int], count: int) -> None:
         self._colors, self._count = colors, count
+        self.others = [k for k in range(count) if k not in colors]
         self._specks = dict[int, Specks]()
         self._seen = np.zeros(0, np.int64)
         self._last = 0

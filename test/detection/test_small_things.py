@@ -146,3 +146,10 @@ def test_a_texture_of_the_color_is_not_looked_at_in_each_picture(monkeypatch):
     image[::6, ::6] = RED
     assert not any(len(rows) for rows in rows_of(sought(RED), [image] * 6 * RATE))
     assert 1 < len(looks) < 8
+
+
+def test_without_an_erosion_a_small_ball_is_found_at_once():
+    color = ReferenceColor.from_rgb('it', RED, 0.0)
+    detector = Detector(DetectorConfig(colors=(color,), erosion_size=1, min_area=5))
+    found = rows_of(detector, (picture(way(k), seed=k) for k in range(5)))
+    assert [len(rows) for rows in found] == [1] * 5

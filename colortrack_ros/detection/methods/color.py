@@ -169,7 +169,7 @@ class ColorDistance(Method):
         config = self._config
         self._given = colors
         self.is_found = np.array([False, *(color.is_sought for color in colors)])
-        colors = self._finder.resolve(colors, self._due)
+        colors = self._finder.resolve(colors, [*self._due, *self._small.others])
         self._looked = [k for k in self._due if colors[k].tolerance != NOTHING]
         self._table = self._tables[0].of(colors)
         self.needs_color = not (self.is_found.any() or self._table.holds_gray)
