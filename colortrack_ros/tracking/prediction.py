@@ -200,7 +200,7 @@ def _expect(
     mean, cov = bank.estimate()
     unmeasured, size = unseen, total(records['extent'])
     known = np.count_nonzero(measurements.size)
-    sized = config.use_boxes and bool(known or np.count_nonzero(size))
+    sized = config.use_boxes if known or np.count_nonzero(size) else False
     if not sized:
         unmeasured = np.minimum(unmeasured, (step.now - records['shared']) / NANOSECONDS)
     elif known < measurements.size.size and len(records):
