@@ -173,7 +173,7 @@ def test_a_film_too_fast_for_the_machine_is_told_with_the_command_that_takes_all
     demo, tmp_path
 ):
     """43 of the 187 pictures of a telephone's film were tracked, without a word."""
-    film = film_of_a_ball(tmp_path, 100, 1000, 640, 480)
+    film = film_of_a_ball(tmp_path, 100, 1000, 1280, 960)
     given = '--source', film, '--color', '220,20,30', '--seconds', '15'
     told, _ = demo('', *given, stdout=subprocess.PIPE, text=True).communicate(timeout=PATIENCE)
     assert 'of 100 pictures were skipped' in told
