@@ -45,6 +45,19 @@ MISSES_COUNT = (('misses', COUNTED_MISSES + 0.5), ('gaps', JUST_LOST))
 """Fields in which misses are counted, and frames since the last detection for which they are."""
 
 
+def take_back_misses(
+    records: Records, track: Indices | slice, unmeasured: Floats, period: float
+) -> None:
+    """Do not count that tracks were missed in this frame.
+
+    :param records: (N,) of all tracks, see records.FIELDS; track: which.
+    :param unmeasured: (N,) time since each was measured [s].
+    :param period: since the last frame [s].
+    """
+    for name, frames in MISSES_COUNT:
+        records[name][track] -= unmeasured[track] < frames * period
+
+
 class Flicker:
     """Doubts tracks that are found less often than others, and stay where the others move."""
 

@@ -17,10 +17,9 @@ from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.existence import update_existence
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.estimation.innovations import compare
-from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import marked
 from colortrack_ros.estimation.track_table import TrackTable
-from colortrack_ros.tracking.flicker import MISSES_COUNT
+from colortrack_ros.tracking.flicker import take_back_misses
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.hypotheses import hypothesize
@@ -271,7 +270,9 @@ def follow_shared(
     records['visible'][track], records['hidden'][track] = update_existence(
         shared.visible[track], shared.hidden[track], np.exp(log_ratio)
     )
-    _count_as_seen(records, prediction, track[records['shared'][track] < prediction.step.now])
+    if not prediction.step.pauses:  # of what they share one is always seen
+        first = track[records['shared'][track] < prediction.step.now]
+        take_back_misses(records, first, prediction.unmeasured, prediction.step.period)
     records['shared'][track] = prediction.step.now
     if bank.model.selected:
         return
@@ -287,11 +288,3 @@ def follow_shared(
         _, _, z, R = _measure(bank, blobs, shared.member, shared.blob)
     order = track.argsort()
     bank.correct(track[order], z[order], R[order])
-
-
-def _count_as_seen(records: Records, prediction: Prediction, track: Indices) -> None:
-    """Take back that tracks were missed in this frame: of what they share one is always seen."""
-    if prediction.step.pauses:
-        return
-    for name, frames in MISSES_COUNT:
-        records[name][track] -= prediction.unmeasured[track] < frames * prediction.step.period

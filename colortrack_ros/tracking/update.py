@@ -22,6 +22,7 @@ from colortrack_ros.tracking.edges import doubt_covered
 from colortrack_ros.tracking.extents import update_extents
 from colortrack_ros.tracking.flicker import JUST_LOST
 from colortrack_ros.tracking.flicker import MISSES_COUNT
+from colortrack_ros.tracking.flicker import take_back_misses
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.measurements import by_axis
@@ -115,15 +116,15 @@ def _record_hits(
     """
     records = tracks.records
     track = slice(None) if every else taken.track
-    if (prediction.step.again or not every) and not prediction.step.pauses:
+    step, unmeasured = prediction.step, prediction.unmeasured
+    if step.again and not step.pauses:
+        take_back_misses(records, track, unmeasured, step.period)
+    elif not (every or step.pauses):
         for name, frames in MISSES_COUNT:
-            missed = prediction.unmeasured < frames * prediction.step.period
-            if prediction.step.again:
-                records[name][track] -= missed[track]
-            else:
-                missed[track] = False
-                records[name] += missed
-    tracks.record_hits(track, prediction.step.now)
+            missed = unmeasured < frames * step.period
+            missed[track] = False
+            records[name] += missed
+    tracks.record_hits(track, step.now)
     records['seen'][track] = taken.z
     blob, z = taken.blob, taken.z
     systematic = blobs.systematic.take(blob, axis=0)
