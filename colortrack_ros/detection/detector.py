@@ -15,7 +15,6 @@ from colortrack_ros.detection.blobs import sample_pixels
 from colortrack_ros.detection.blur import fitting_profiles
 from colortrack_ros.detection.blur import Profiles
 from colortrack_ros.detection.chords import Chords
-from colortrack_ros.detection.claims import hold_several
 from colortrack_ros.detection.config import DetectorConfig
 from colortrack_ros.detection.covariance import centroid_covariance
 from colortrack_ros.detection.covariance import open_part
@@ -157,9 +156,7 @@ class Detector:
         most = self._areas[1]
         if config.split and split_touching(image, blobs, int(most.max())):
             blobs = self._blobs(image)
-        things = self._touching.things
-        merged = hold_several(things.mean, things.label, things.area, blobs)
-        kept = blobs.take(method.keep(frame, blobs, merged))
+        kept = blobs.take(method.keep(frame, blobs, self._touching.things))
         kept = self.blobs = keep_shapes(kept.take(kept.area <= most[kept.label]), config)
         method.learn(frame, blobs, kept)
         part = open_part(kept, image, whole) if whole else 0.0
@@ -196,7 +193,8 @@ class Detector:
         rows['cov_uu'], rows['cov_uv'] = covariance[:, 0, 0], covariance[:, 0, 1]
         rows['cov_vv'] = covariance[:, 1, 1]
         is_small = among(blobs, self._method.small)
-        rows['area'] = np.where(is_small, worn(blobs.area, self._config.erosion_size), blobs.area)
+        rows['area'] = blobs.area
+        rows['area'][is_small] = worn(blobs.area[is_small], self._config.erosion_size)
         box = self._boxes(blobs, is_small, *size_of(frame))
         for name, column in zip(('box_u', 'box_v', 'box_w', 'box_h'), box.T, strict=True):
             rows[name] = column

@@ -19,6 +19,7 @@ from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.sought_color import LOOK_SECONDS
 from colortrack_ros.detection.sought_color import POOL_SECONDS
 from colortrack_ros.detection.sought_color import SoughtColor
+from colortrack_ros.detection.touching import Things
 from colortrack_ros.detection.usual_areas import UsualAreas
 from colortrack_ros.encodings import plain
 
@@ -283,11 +284,9 @@ class ColorFinder:
                 return f'{sought.color.name} is there, but in pieces that are too small: {told}'
         return ''
 
-    def keep(
-        self, blobs: BlobTable, merged: NDArray[np.bool_], pixels: int, stamp: int
-    ) -> NDArray[np.bool_]:
+    def keep(self, frame: Frame, blobs: BlobTable, things: Things) -> NDArray[np.bool_]:
         """(N,) whether a blob may be an object of its color; see UsualAreas.keep()."""
-        kept = self._usual.keep(blobs, merged, pixels, stamp)
+        kept = self._usual.keep(frame, blobs, things)
         if len(self._seen) < len(self._given):
             self._seen.update((blobs.label - 1).tolist())
         self._specks = int(np.count_nonzero(~kept))

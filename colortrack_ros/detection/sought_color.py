@@ -212,7 +212,7 @@ class SoughtColor:
         return self._shades.leave(now, extent, extent.pixels / FEWEST_LEFT)
 
     def seek_small(self, pool: NDArray[np.float64]) -> None:
-        """Look for the few pixels of small things while it is not found; as for :meth:`renew`."""
+        """Look for the few pixels of small things while it is not found; pool: as of renew()."""
         if self.found is None and not (self.color.is_sampled or self.color.inverted):
             self.small = small_extent(pool, self.color, self.apart, self.small)
 

@@ -3,10 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
+from colortrack_ros.detection.claims import hold_several
 from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.shape import aspect
+from colortrack_ros.detection.touching import Things
+from colortrack_ros.encodings import size_of
 
 # Unless noted otherwise, the constants below were chosen. On four real clips, `python
 # benchmark/colors.py --constants` halves and doubles them.
@@ -56,16 +60,14 @@ class UsualAreas:
         self._unfilled = np.zeros(count, np.int64)
         """Last picture that each color did not suddenly fill [ns]."""
 
-    def keep(
-        self, blobs: BlobTable, merged: NDArray[np.bool_], pixels: int, stamp: int
-    ) -> NDArray[np.bool_]:
+    def keep(self, frame: Frame, blobs: BlobTable, things: Things) -> NDArray[np.bool_]:
         """(N,) whether a blob is as large as an object, compared to the usual one of its color.
 
-        :param merged: (N,) whether it is several objects, whose area is not that of one.
-        :param pixels: of the picture.
+        :param things: of the last frame: blobs in which these are merged have not the area of one.
         """
         if not self._sought:
             return np.ones(len(blobs.area), bool)
+        (height, width), stamp = size_of(frame), frame.stamp
         half = USUAL_SECONDS / 2 * NANOSECONDS
         elapsed = stamp - self._measured
         if not 0 <= elapsed < half:
@@ -74,9 +76,11 @@ class UsualAreas:
             self._measured = stamp
         color = blobs.label.astype(np.intp) - 1
         known = self._usual.max(axis=0)[color]
-        fills = (known > 0) & (blobs.area > np.maximum(MOST_SUDDEN * known, LARGEST_SHARE * pixels))
+        most = np.maximum(MOST_SUDDEN * known, LARGEST_SHARE * height * width)
+        fills = (known > 0) & (blobs.area > most)
         self._unfilled[np.bincount(color[fills], minlength=len(self._unfilled)) == 0] = stamp
         sudden = fills & (stamp - self._unfilled[color] < USUAL_SECONDS * NANOSECONDS)
+        merged = hold_several(things.mean, things.label, things.area, blobs)
         for k in self._sought:
             this = (color == k) & ~sudden
             area = blobs.area[this & ~merged if self._usual[:, k].any() else this]

@@ -9,6 +9,7 @@ from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import Connect
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.pixels import Pixels
+from colortrack_ros.detection.touching import Things
 
 
 class Method:
@@ -60,10 +61,10 @@ class Method:
         """
         return np.ones(len(label))
 
-    def keep(self, frame: Frame, blobs: BlobTable, merged: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def keep(self, frame: Frame, blobs: BlobTable, things: Things) -> NDArray[np.bool_]:
         """(N,) whether a blob may be an object, as far as the method can tell.
 
-        :param merged: (N,) whether it is several objects of the last frame.
+        :param things: the objects of the last frame.
         """
         return np.ones(len(blobs.area), bool)
 

@@ -15,6 +15,7 @@ from colortrack_ros.detection.methods.base import Method
 from colortrack_ros.detection.pixels import Pixels
 from colortrack_ros.detection.pixels import rgb_of
 from colortrack_ros.detection.pixels import split_rgb
+from colortrack_ros.detection.touching import Things
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import DOCUMENT
 from colortrack_ros.parameters import parameter
@@ -94,7 +95,7 @@ class ChannelDifference(Method):
         others = np.delete(rgb, self._channel, axis=1).sum(axis=1)
         return np.asarray(rgb[:, self._channel] - others)
 
-    def keep(self, frame: Frame, blobs: BlobTable, merged: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def keep(self, frame: Frame, blobs: BlobTable, things: Things) -> NDArray[np.bool_]:
         """Keep only the first blob, which is the largest."""
         return np.arange(len(blobs.area)) == 0
 

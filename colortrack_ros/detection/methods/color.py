@@ -38,9 +38,9 @@ from colortrack_ros.detection.small_things import among
 from colortrack_ros.detection.small_things import SmallThings
 from colortrack_ros.detection.smoothing import Smoothing
 from colortrack_ros.detection.sought_color import NOTHING
+from colortrack_ros.detection.touching import Things
 from colortrack_ros.encodings import is_yuv
 from colortrack_ros.encodings import plain
-from colortrack_ros.encodings import size_of
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import named
 from colortrack_ros.parameters import parameter
@@ -259,9 +259,9 @@ class ColorDistance(Method):
         """1 - D / tolerance."""
         return self._table.closeness(rgb_at(self._frame, pixel), label)
 
-    def keep(self, frame: Frame, blobs: BlobTable, merged: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def keep(self, frame: Frame, blobs: BlobTable, things: Things) -> NDArray[np.bool_]:
         """Keep blobs that are large enough, for colors whose least area is estimated."""
-        return self._finder.keep(blobs, merged, int(np.prod(size_of(frame))), frame.stamp)
+        return self._finder.keep(frame, blobs, things)
 
     def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
         """Update the background outside all blobs, and move the colors toward the detected ones."""
