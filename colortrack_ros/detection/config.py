@@ -9,7 +9,7 @@ from colortrack_ros.detection.growth import FEWEST_PIXELS
 from colortrack_ros.detection.methods import METHODS
 from colortrack_ros.detection.methods.background import BackgroundSubtractionConfig
 from colortrack_ros.detection.methods.channel_difference import ChannelDifferenceConfig
-from colortrack_ros.detection.methods.color import ColorDistanceConfig
+from colortrack_ros.detection.methods.color_config import ColorDistanceConfig
 from colortrack_ros.detection.morphology import MorphologyConfig
 from colortrack_ros.detection.reference import expect
 from colortrack_ros.detection.regions import Region
@@ -41,12 +41,12 @@ class DetectorConfig(
     method: str = parameter('color', 'How objects are told from the rest.', choices=METHODS)
 
     @property
-    def erosion_alone(self) -> bool:
-        """Whether the erosion is the only step that reads the labels, and no region cuts blobs.
+    def erodes_at_once(self) -> bool:
+        """Whether labels may be eroded while they are made, and no region cuts blobs.
 
-        If one does, the covariance needs the labels that it removes.
+        If one does, the covariance needs the labels that the erosion removes.
         """
-        return super().erosion_alone and not self.regions and not self.mask
+        return super().erodes_at_once and not self.regions and not self.mask
 
     @property
     def of_small_things(self) -> list[int]:
