@@ -8,12 +8,14 @@ import numpy as np
 from sensor_msgs.msg import CompressedImage
 
 from colortrack_ros.data import Frame
+from colortrack_ros.encodings import BAYER
 from colortrack_ros.encodings import size_of
 from colortrack_ros.encodings import writable_bgr
 from colortrack_ros.messages.cdr import CdrError
 from colortrack_ros.messages.cdr import Reader
 from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
+from colortrack_ros.messages.images import SIXTEEN_BIT
 from colortrack_ros.picture_files import claimed_size
 from colortrack_ros.picture_files import JPEG_END
 from colortrack_ros.picture_files import JPEG_START
@@ -47,7 +49,7 @@ def compressed_of_frame(frame: Frame, quality: int) -> CompressedImage:
 
 
 def frame_of_serialized_compressed_image(cdr: bytes, max_pixels: int = MAX_PIXELS) -> Frame:
-    """The Frame of a serialized CompressedImage, decoded to bgr8.
+    """The Frame of a serialized CompressedImage, decoded to bgr8, or Bayer if that was compressed.
 
     An Exif orientation is ignored, since the CameraInfo describes the picture as the camera took
     it.
@@ -70,13 +72,25 @@ def frame_of_serialized_compressed_image(cdr: bytes, max_pixels: int = MAX_PIXEL
         )
     image: Any  # cv2's type allows None and any dtype
     try:
-        flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+        pattern = _pattern_of(kind)
+        flags = cv2.IMREAD_ANYCOLOR if pattern else cv2.IMREAD_COLOR
+        flags |= cv2.IMREAD_IGNORE_ORIENTATION
         image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
     except cv2.error:
         image = None
     if image is None:
         raise MessageError(f'{label}: expected a JPEG or PNG that can be decoded')
-    return Frame(image, 'bgr8', stamp, frame_id)
+    return Frame(image, pattern if image.ndim == 2 else 'bgr8', stamp, frame_id)
+
+
+def _pattern_of(kind: str) -> str:
+    """The 8-bit Bayer encoding of a format, such as `bayer_rggb8; png compressed`, or empty.
+
+    compressed_image_transport compresses a Bayer pattern as it is, as a gray picture.
+    """
+    encoding = kind.partition(';')[0].strip()
+    encoding = SIXTEEN_BIT.get(encoding, encoding)
+    return encoding if encoding in BAYER else ''
 
 
 def _size_of(data: bytes, label: str) -> tuple[int, int]:

@@ -11,6 +11,7 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import CompressedImage
 
 from colortrack_ros.data import Frame
+from colortrack_ros.encodings import plain
 from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import frame_of_serialized_compressed_image
 from colortrack_ros.messages import MessageError
@@ -33,6 +34,22 @@ def test_a_compressed_frame_comes_back_nearly_as_it_was():
     back = frame_of_serialized_compressed_image(message)
     assert (back.encoding, back.stamp, back.frame_id) == ('bgr8', 5, 'cam')
     np.testing.assert_allclose(back.image, frame.image, atol=4)
+
+
+@pytest.mark.parametrize('kind', ['bayer_rggb8; png compressed ', 'bayer_rggb16; jpeg compressed'])
+def test_a_bayer_pattern_that_is_compressed_as_it_is_keeps_its_colors(kind):
+    mosaic = np.tile(np.array([[200, 60], [60, 20]], np.uint8), (8, 12))
+    file = cv2.imencode('.png' if 'png' in kind else '.jpg', mosaic)[1].tobytes()
+    message = serialize_message(CompressedImage(format=kind, data=file))
+    frame = plain(frame_of_serialized_compressed_image(message))
+    np.testing.assert_allclose(frame.image[4, 4], (20, 60, 200), atol=8)
+
+
+def test_a_bayer_pattern_that_was_converted_before_it_was_compressed_is_what_it_shows():
+    kind = 'bayer_rggb8; jpeg compressed bgr8'
+    message = serialize_message(CompressedImage(format=kind, data=FILES['.jpg']))
+    frame = frame_of_serialized_compressed_image(message)
+    assert (frame.encoding, frame.image.shape) == ('bgr8', (30, 40, 3))
 
 
 @pytest.mark.parametrize('size', [(8, 65536), (65536, 8), (0, 0)])
