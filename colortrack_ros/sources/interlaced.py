@@ -4,8 +4,9 @@ import os
 import subprocess
 import sys
 
-import cv2
 import numpy as np
+
+from colortrack_ros.sources.capture import open_file
 
 FIRST_PICTURES = 3
 """Number of first pictures that are the same to the last bit where none after the first was
@@ -33,7 +34,7 @@ def is_unconverted(path: str) -> bool:
     and reports success. Only FFmpeg's log tells. Its level is set once in a process, and this one's
     is quiet, so another process reads the pictures again.
     """
-    capture = cv2.VideoCapture(path, cv2.CAP_FFMPEG)
+    capture = open_file(path)
     pictures = [image for read, image in (capture.read() for _ in range(FIRST_PICTURES)) if read]
     capture.release()
     if not pictures or not all(np.array_equal(pictures[0], other) for other in pictures[1:]):

@@ -9,6 +9,8 @@ import struct
 
 import cv2
 
+from colortrack_ros.sources.capture import open_file
+
 Size = tuple[int, int]
 """Width and height [px]."""
 
@@ -36,7 +38,7 @@ class SizeWatch:
 
     def __init__(self, path: str) -> None:
         self._parse: Callable[[bytes], Size | None] | None = None
-        self._capture = cv2.VideoCapture(path, cv2.CAP_FFMPEG)
+        self._capture = open_file(path)
         self._is_raw = self._capture.set(cv2.CAP_PROP_FORMAT, -1)
 
     def __str__(self) -> str:

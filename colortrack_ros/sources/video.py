@@ -12,6 +12,7 @@ from colortrack_ros.sources.base import DEFAULT_RATE
 from colortrack_ros.sources.base import RecordedSource
 from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Now
+from colortrack_ros.sources.capture import open_file
 from colortrack_ros.sources.edit_list import shown_pictures
 from colortrack_ros.sources.ends import is_cut_off
 from colortrack_ros.sources.ends import last_picture
@@ -86,7 +87,7 @@ class VideoSource(RecordedSource):
                 'scene:NAME'
             )
         self._path = spec
-        self._capture = cv2.VideoCapture(spec, cv2.CAP_FFMPEG)
+        self._capture = open_file(spec)
         own_rate = self._capture.get(cv2.CAP_PROP_FPS)
         total = max(int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
         shown = shown_pictures(spec)
@@ -230,7 +231,7 @@ class VideoSource(RecordedSource):
     def rewind(self) -> None:
         """Reopen the file: seeking is inexact in some formats."""
         self._capture.release()
-        self._capture = cv2.VideoCapture(self._path, cv2.CAP_FFMPEG)
+        self._capture = open_file(self._path)
         self._first = self._count
         self._given = self._missing = self._timed = self._following = 0
         self._held = None

@@ -103,6 +103,13 @@ def test_names_with_brackets_and_spaces_are_files_too(tmp_path):
     assert len(read_all(open_source(str(folder / 'b [2].avi')))) == 10
 
 
+def test_a_time_in_a_relative_name_is_no_protocol(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_video(tmp_path / 'ball.avi')
+    (tmp_path / 'ball.avi').rename('2026-11-30T12:30:00.avi')
+    assert len(read_all(open_source('2026-11-30T12:30:00.avi'))) == 10
+
+
 def test_gray_and_transparent_pictures_become_bgr(tmp_path):
     cv2.imwrite(str(tmp_path / '1.png'), np.full((4, 5), 7, np.uint8))
     cv2.imwrite(str(tmp_path / '2.png'), np.full((4, 5, 4), 8, np.uint8))
