@@ -99,14 +99,12 @@ def pick_color(
 ) -> PickedColor:
     """Pick the color of the object at a pixel.
 
-    One picture does not tell how light, how dark, and how far away the object will be. So its color
-    has no tolerance and no least area: the detector finds both in each picture. Only if it misses
-    the object in this one, as beside a much larger one, the color extends to where others begin
-    (:func:`find_own_extent`), or else is that of the first region around the pixel that hardly
-    grows with the tolerance (a maximally stable region, Matas 2004).
+    One picture does not tell how light, dark, and far away the object will be. So its color has no
+    tolerance and no least area: the detector finds both in each picture. Only if it misses the
+    object in this one, the color extends to where others begin (:func:`find_own_extent`), or is
+    that of the maximally stable region around the pixel (Matas 2004).
 
-    :param u, v: the pixel [px].
-    :param name: of the color.
+    :param u, v: the pixel [px]; name: of the color.
     :param config: of the detector; its colors, sizes, and shapes are ignored.
     :param fixed: whether to give the tolerance and the least area of this picture anyway.
     :raises ValueError: if the pixel is outside the picture.
@@ -118,16 +116,18 @@ def pick_color(
     expect(valid, 'pixel', (u, v), f'u, v in the picture of {columns} x {rows} px')
     rgb = np.stack(split_rgb(frame.image, frame.encoding), axis=-1)
     found = cache(partial(_found_at, frame, config or DetectorConfig()))
-    sight = _clearest(frame, rgb, u, v, name, found)
+    place, extent, *_ = _clearest(frame, rgb, u, v, name, found)
     region = cache(lambda: _stable_region(rgb, u, v))  # slow, and rarely needed
-    extent = sight.extent
-    whole = _of_extent(extent, name) if extent else _color_of(rgb, region(), name)
-    colors = (ReferenceColor(name, whole.lab), whole)[fixed:]
-    tried = [(color, *found(sight.place, color)) for color in colors]
+    near = cache(lambda: _color_of(rgb, region(), name))
+    whole = _of_extent(extent, name) if extent else near()
+    tried = [(c, *found(place, c)) for c in (ReferenceColor(name, whole.lab), whole)[fixed:]]
     color, blobs, share = max(tried, key=lambda one: len(one[1].area) > 0)
-    runs_on = extent is not None and extent.growth > MOST_GROWTH
+    if extent and not len(blobs.area):  # beside a larger thing that its color runs into
+        beside = near(), *found(place, near())
+        if len(beside[1].area) and beside[2] <= LARGEST_SHARE:
+            color, blobs, share = beside
     area = int(blobs.area.max(initial=0)) or int(region().sum())
-    return PickedColor(color, area, share, runs_on=runs_on)
+    return PickedColor(color, area, share, runs_on=bool(extent and extent.growth > MOST_GROWTH))
 
 
 class _Sight(NamedTuple):

@@ -65,6 +65,18 @@ def test_a_thing_that_the_detector_takes_for_a_speck_has_what_one_click_knows_of
     assert picked.area == pytest.approx(np.pi * 7**2, rel=0.5)
 
 
+def test_what_is_clicked_is_found_beside_a_larger_thing_that_its_color_runs_into():
+    """A brown ball beside a board: where the color ends, only the board is left."""
+    image = np.full((240, 320, 3), (88, 97, 100), float)
+    image[100:220, 150:290] = 70, 100, 120
+    draw_lit_ball(image, 60, 60, 13, (110, 72, 42))
+    image += np.random.default_rng(0).normal(0, 3, image.shape)
+    frame = Frame(np.clip(image, 0, 255).astype(np.uint8))
+    picked = pick_color(frame, 57, 58)
+    rows = Detector(DetectorConfig(colors=(picked.color,), **picked.limits)).detect(frame).rows
+    assert rows['u'] == pytest.approx([60], abs=1)
+
+
 def test_a_fixed_color_has_the_tolerance_and_the_least_area_of_its_picture():
     """Who clicks on one picture wants the mask of that one, also where the thing has just come."""
     picked = pick_color(Frame(picture((80, 80, 25))), 80, 80, fixed=True)
