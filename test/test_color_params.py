@@ -34,7 +34,7 @@ def test_a_file_that_is_not_there_is_made(tmp_path):
         'detector:\n  ros__parameters:\n    colors: [red]\n    split: true  # touching\n',
         'detector:\n  ros__parameters:\n    split: true  # touching\n    colors: # x\n    - red\n',
         'detector: {ros__parameters: {split: true}}  # touching\n',
-        '/cam/detector:\n  ros__parameters: {colors: [red], red: {tolerance: 9.0}, split: true}',
+        '/cam/detector:\n  ros__parameters: {colors: [red], red: {min_area: 9}, split: true}',
         'detector:\n  ros__parameters:\n    ball:\n      rgb: [1, 2, 3]\n    split: true',
     ],
 )
@@ -47,11 +47,12 @@ def test_the_rest_stays_and_a_red_that_nobody_chose_goes(tmp_path, text):
     assert ('# touching' in after) == ('# touching' in text)
 
 
-def test_other_colors_keep_their_shades_and_areas_and_the_new_one_has_its_own(tmp_path):
-    text = 'detector: {ros__parameters: {colors: [red], red: {preset: red}, min_area: 30}}'
-    _, given = written(tmp_path, text)
+@pytest.mark.parametrize('red', ['{preset: red}', '{tolerance: 9.0}'])
+def test_other_colors_keep_their_shades_and_areas_and_the_new_one_has_its_own(tmp_path, red):
+    text = 'detector: {ros__parameters: {colors: [red], red: %s, min_area: 30}}'
+    _, given = written(tmp_path, text % red)
     assert given['colors'] == ['red', 'ball']
-    assert given['red'] == {'preset': 'red'}
+    assert given['red'] == yaml.safe_load(red)
     assert given['min_area'] == 30
     assert given['ball'] == {**ENTRY, 'min_area': 70}
 

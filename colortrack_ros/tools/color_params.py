@@ -19,10 +19,10 @@ from colortrack_ros.parameters.params_file import has_node
 from colortrack_ros.parameters.params_file import quoted
 from colortrack_ros.parameters.params_file import with_values
 
-SHADES = ('lab', 'rgb', 'preset', 'samples')
-"""The entries of which one says what color a name is."""
+SHADES = ('lab', 'rgb', 'preset', 'samples', 'tolerance', 'tolerance_lab')
+"""The entries of which one says what color a name is; of a common name, a tolerance alone does."""
 
-REPLACED = (*SHADES, 'others', 'tolerance', 'tolerance_lab', 'min_area', 'max_area')
+REPLACED = (*SHADES, 'others', 'min_area', 'max_area')
 """What another color has no use for."""
 
 
@@ -36,8 +36,8 @@ def yaml_of(color: ReferenceColor, limits: Mapping[str, float]) -> str:
 def write_color(path: Path, color: ReferenceColor, limits: Mapping[str, float]) -> None:
     """Write a color into a params file, which is created if there is none.
 
-    Comments, order, and everything else stay; a name without a shade, such as the built-in ``red``,
-    is dropped from the list of colors.
+    Comments, order, and everything else stay; a name of which no SHADES are given, such as the
+    built-in ``red``, is dropped from the list of colors.
 
     :raises ValueError: it cannot be read or written, or is not a params file.
     """
