@@ -1,5 +1,6 @@
 from dataclasses import replace
 import itertools
+from pathlib import Path
 
 from hypothesis import given
 from hypothesis import settings
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 from support import pictures
 from support import textbook
+import yaml
 
 from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
@@ -106,6 +108,17 @@ def test_two_objects_with_a_peak_each_leave_the_region_of_the_document_empty():
     frame = red_rectangles((20, 200, 120, 10), (200, 20, 20, 100))
     config = DetectorConfig(method='channel_difference', largest_object='region', **PLAIN)
     assert len(Detector(config).detect(frame).rows) == 0
+
+
+def test_the_parameters_after_the_document_find_the_larger_of_two_objects_with_a_peak_each():
+    path = Path(__file__).parents[2] / 'params' / 'red_object.yaml'
+    declared = yaml.safe_load(path.read_text())['/**/detector']['ros__parameters']
+    (row,) = (
+        Detector(DetectorConfig(**declared))
+        .detect(red_rectangles((20, 200, 130, 16), (200, 20, 20, 100)))
+        .rows
+    )
+    assert [row[name] for name in ('box_u', 'box_v', 'box_w', 'box_h')] == [20, 200, 130, 16]
 
 
 def film(path, light=lambda k: 1.0, encoding='bgr8', shape=(120, 160)):
