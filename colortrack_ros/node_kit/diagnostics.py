@@ -18,6 +18,7 @@ from colortrack_ros.flow.stamps import StampWatch
 from colortrack_ros.node_kit.clocks import Elapsed
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import STEADY
+from colortrack_ros.node_kit.losses import Losses
 from colortrack_ros.node_kit.rivals import crowd_of
 from colortrack_ros.node_kit.rivals import mismatch_of
 from colortrack_ros.node_kit.rivals import rival_of
@@ -85,12 +86,13 @@ class Health:
     :param node: whose health it is, with the parameters of HealthConfig.
     :param trouble: returns what is wrong at the moment, empty if nothing is.
     :param facts: further values to show, as functions that return them.
+    :ivar losses: of the pictures that the node takes.
     """
 
     def __init__(
         self, node: Node, trouble: Callable[[], str] = str, **facts: Callable[[], object]
     ) -> None:
-        self.refused = 0
+        self.refused, self.losses = 0, Losses()
         self._node, self._trouble, self._facts = node, trouble, facts
         source = node.get_parameter_or('source')
         self._hardware = str(source.value or 'none')  # as displayed, without a password
@@ -207,6 +209,8 @@ class Health:
         crowd, mismatch = crowd_of(node), mismatch_of(node)
         self._log_once('crowd', crowd)
         self._log_once('mismatch', mismatch)
+        lost = self.losses.tell()
+        self._log_once('lost', lost)
         if unheard and silence > LOGGED_AFTER * limit['warn_silence']:
             self._log_once('silence', f'nothing has come in: {unheard}')
         return (
@@ -219,6 +223,7 @@ class Health:
             (WARN, rival_of(node)),
             (WARN, crowd),
             (WARN, mismatch),
+            (WARN, lost),
             (WARN, self._still),
             (WARN, f'{counts.refused} refused: {self._reason}' * (counts.refused > 0)),
             (WARN, lateness * (late > limit['warn_latency'])),

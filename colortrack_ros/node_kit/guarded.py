@@ -23,12 +23,8 @@ class GuardedNode(Node):
     def create_subscription(
         self, msg_type: Any, topic: str, callback: Any, *args: Any, **kw: Any
     ) -> Any:
-        """Create a subscription, as rclpy does, except for callbacks that take a MessageInfo."""
-        guarded = self._guarded(callback)
-        # rclpy inspects the callback's parameters
-        return super().create_subscription(
-            msg_type, topic, lambda message: guarded(message), *args, **kw
-        )
+        """Create a subscription, as rclpy does."""
+        return super().create_subscription(msg_type, topic, self._guarded(callback), *args, **kw)
 
     def create_service(
         self, srv_type: Any, srv_name: str, callback: Any, *args: Any, **kw: Any
@@ -42,7 +38,7 @@ class GuardedNode(Node):
         return super().create_service(srv_type, srv_name, answer, *args, **kw)
 
     def _guarded(self, callback: Callable[..., Any]) -> Callable[..., Any]:
-        @wraps(callback)
+        @wraps(callback)  # rclpy looks at the parameters
         def call(*args: Any) -> Any:
             try:
                 return callback(*args)

@@ -90,6 +90,7 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
         self.health = Health(
             self,
             str,
+            lost=lambda: self.health.losses.total,
             skipped=lambda: self._pictures.skipped,
             tracks=lambda: self._output.alive,
             **self.facts(),
@@ -108,7 +109,9 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
         )
         self._output = TracksOutput(self, self.setup.output)
         offer(self, Trigger, '~/reset', self._reset)
-        receive_images(self, self._pictures, self.setup.intake, self.health.refuse)
+        receive_images(
+            self, self._pictures, self.setup.intake, self.health.refuse, self.health.losses
+        )
 
     def set_active(self, active: bool) -> None:
         """Process pictures, or drop them."""

@@ -22,6 +22,7 @@ from colortrack_ros.messages import frame_of_serialized_compressed_image
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
+from colortrack_ros.node_kit.losses import Losses
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic_name
 from colortrack_ros.parameters import Config
@@ -143,11 +144,15 @@ def receive_images(
     worker: Worker[Frame, Any],
     config: IntakeConfig,
     refuse: Callable[[str], object],
+    losses: Losses,
 ) -> None:
-    """Subscribe to images and pass them, unread, to a worker."""
+    """Subscribe to images, pass them, unread, to a worker, and count those that do not come."""
     kind, name = TRANSPORTS[config.image_transport]
 
     def receive(cdr: bytes) -> None:
         worker.put_unread(lambda: config.frame_of(cdr, kind), len(cdr))
 
-    subscribe_to(node, kind, name.format(config.image_topic), receive, refuse)
+    def number(of_message: int | None) -> None:
+        losses.see(of_message, lambda: node.count_publishers(images.topic_name) == 1)
+
+    images = subscribe_to(node, kind, name.format(config.image_topic), receive, refuse, number)

@@ -129,30 +129,32 @@ def subscribe_to(
     name: str,
     take: Callable[[bytes], object],
     refuse: Callable[[str], object],
+    number: Callable[[int | None], object] = lambda _: None,
 ) -> Subscription:
-    """Create a subscription that delivers serialized bytes, so that the node can refuse invalid
-    messages.
+    """Create a subscription to serialized bytes, so that the node can refuse invalid messages.
 
     For pictures, CameraInfo, odometry and boxes it is best effort, which matches all publishers:
     drivers send these as sensor data, and a late one is not worth resending. A CameraInfo that was
     sent before, by a publisher that keeps it for those who come later, is received as well.
 
-    :param take: takes each message.
-    :param refuse: takes the reason of a MessageError.
+    :param take: takes each message. refuse: takes the reason of a MessageError.
+    :param number: takes the sequence number of each message; None if the middleware has none.
     """
 
-    def receive(cdr: bytes) -> None:
+    def receive(cdr: bytes, info: dict[str, int | None]) -> None:
+        number(info['publication_sequence_number'])
         try:
             take(cdr)
         except MessageError as error:
             refuse(str(error))
 
+    take_with_info: Any = receive  # rclpy's annotations know no MessageInfo
     reliability = ReliabilityPolicy.BEST_EFFORT if kind in LOSABLE else ReliabilityPolicy.RELIABLE
     with _explained(kind, name):
         subscription = node.create_subscription(
             kind,
             name,
-            receive,
+            take_with_info,
             QoSProfile(depth=_depth(node, kind), reliability=reliability),
             qos_overriding_options=QoSOverridingOptions(OVERRIDABLE),
             raw=True,
@@ -162,7 +164,7 @@ def subscribe_to(
     return subscription
 
 
-def _receive_kept(node: Node, kind: type, name: str, take: Callable[[bytes], None]) -> None:
+def _receive_kept(node: Node, kind: type, name: str, take: Callable[..., None]) -> None:
     """Subscribe again, for what was sent before, once there is a publisher that keeps it.
 
     All publishers that do not would log a warning, so they are not asked.

@@ -71,7 +71,11 @@ class DetectorNode(ManagedNode[DetectorSetup]):
     def configure(self) -> None:
         """Create the detector, its publishers, services and subscriptions."""
         self._detector = Detector(self.setup.config)
-        self.health = Health(self, skipped=lambda: self.stage.skipped)
+        self.health = Health(
+            self,
+            lost=lambda: self.health.losses.total,
+            skipped=lambda: self.stage.skipped,
+        )
         self._publisher = publish_on(self, PointCloud2, self.setup.detections_topic)
         self._debug_publisher = publish_on(self, Image, self.setup.debug_topic)
         offer(self, SetBool, '~/pause', self._pause)
@@ -79,7 +83,7 @@ class DetectorNode(ManagedNode[DetectorSetup]):
         if self._subscribe:
             topic = self.setup.camera_info_topic
             self._calibrated = CalibratedSize(self, topic, self.setup.intake.image_topic)
-            receive_images(self, self.stage, self.setup.intake, self._refuse)
+            receive_images(self, self.stage, self.setup.intake, self._refuse, self.health.losses)
 
     def set_active(self, active: bool) -> None:
         """Process frames, or drop them."""
