@@ -127,7 +127,9 @@ def test_a_camera_that_moves_is_told(ros):
 
 def test_all_that_is_wrong_at_once_is_told(ros):
     """A camera that moves, and detections that never come."""
-    node = ros.start('contour_tracker', detections_topic='detections', max_lag='60.0')
+    reliable = {'qos_overrides./camera/image_raw.subscription.reliability': 'reliable'}
+    detections = {'detections_topic': 'detections', 'max_lag': 60.0}
+    node = ros.start('contour_tracker', **detections, **reliable)
     publisher, tracks, _ = ready(ros)
     diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
     rng = np.random.default_rng(1)
