@@ -22,6 +22,10 @@ MAX_TOLERANCE = 200.0
 """Largest tolerance [CIELAB units]: black and white are 100 apart; blue and green, the extremes of
 sRGB, 259."""
 
+MOST_SAMPLES_GIVEN = 256
+"""Largest number of samples, or of others: a node's table takes 20 ms for each, and what is taught
+has at most 64."""
+
 LAB_RANGES = (('L', 0.0, 100.0), ('a', -128.0, 128.0), ('b', -128.0, 128.0))
 """Axes of CIELAB with their limits, which include all of sRGB."""
 
@@ -262,6 +266,8 @@ def reference_color_of(name: str, config: ReferenceColorConfig) -> ReferenceColo
 def _labs_of(name: str, rgb: tuple[float, ...]) -> tuple[Triple, ...]:
     """Convert a flat list of RGB colors to CIELAB."""
     expect(len(rgb) % 3 == 0, name, len(rgb), 'r, g, b of each color, three numbers each')
+    most = f'at most {MOST_SAMPLES_GIVEN} colors'
+    expect(len(rgb) <= 3 * MOST_SAMPLES_GIVEN, name, len(rgb) // 3, most)
     expect(not _are_fractions(rgb), name, rgb, 'r, g, b in 0..255, not in 0..1')
     lab = lab_from_linear(linear_from_srgb(np.array(rgb).reshape(-1, 3)))
     return tuple((L, a, b) for L, a, b in lab.tolist())

@@ -79,6 +79,13 @@ def test_half_a_color_is_refused(key):
         reference_color_of('ball', config)
 
 
+@pytest.mark.parametrize('key', ['samples', 'others'])
+def test_so_many_samples_that_a_node_would_stand_still_are_refused(key):
+    config = ReferenceColorConfig(lab=(50.0, 10.0, 10.0), **{key: (9.0, 90.0, 9.0) * 257})
+    with pytest.raises(ValueError, match=rf'ball\.{key}: expected at most 256 colors, got 257'):
+        reference_color_of('ball', config)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize('has_lut', sorted({False, color_table.HAS_16_BIT_LUT}))
 def test_the_table_of_everything_else_says_what_the_distances_say(has_lut, monkeypatch):
