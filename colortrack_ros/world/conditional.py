@@ -16,11 +16,13 @@ from colortrack_ros.world.cases import PITCH
 from colortrack_ros.world.linearized import Linearized
 from colortrack_ros.world.linearized import Prior
 from colortrack_ros.world.measurement import Measured
+from colortrack_ros.world.measurement import PLANE
 from colortrack_ros.world.measurement import two_ranges
 from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import Motions
 from colortrack_ros.world.state import MOVES
+from colortrack_ros.world.state import OF_CAMERA
 from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.state import STANDS
@@ -92,8 +94,8 @@ class Updated:
     S: Floats
     shown: Floats
 
-    def likelihoods(self, of: Indices) -> tuple[Floats, Floats]:
-        """Return the log likelihoods of the measurements and of zero innovations, (N,).
+    def likelihoods(self, of: Indices, limit: Floats) -> tuple[Floats, Floats]:
+        """Return the log likelihoods of the measurements and of some at the edge of the gate, (N,).
 
         The camera errors are taken as estimated. How widely an object is expected is averaged over
         its cases: speed and wander are in meters, so that in pixels, objects roll the more smoothly
@@ -105,16 +107,17 @@ class Updated:
         roll, in meters, and `speed` and `wander` are guesses.
 
         :param of: (N,) which object each is, in one case or another.
+        :param limit: (N,) gate of the normalized innovation squared.
         """
         W, volume = whitening(_alike(self.S, of))
         nis = np.square(W @ self.off[..., None])[..., 0].sum(axis=-1)
-        logs = np.stack([volume - nis / 2, volume])
+        logs = np.stack([volume - nis / 2, volume - limit[:, None] / 2])
         most = logs.max(axis=-1)
         p = _alike(self.p, of)
         density = (p * np.exp(logs - most[..., None])).sum(axis=-1)
         shown = (p * _alike(self.shown, of)).sum(axis=-1)
-        log, log_volume = shown * (most + np.log(np.maximum(density, TINY)))
-        return log, log_volume
+        log, at_edge = shown * (most + np.log(np.maximum(density, TINY)))
+        return log, at_edge
 
 
 def conditional(
@@ -151,9 +154,20 @@ def conditional(
     far &= ~two_ranges(measured)
     counted = np.where(falls | far, 0.0, COUNTED)[:, None] * _shares(states.probability)
     share = _told(step.G, step.direct[:, None], step.S)
+    if view.parks and P.shape[-1] < 2 * OF_CAMERA:
+        share[_by_ground_alone(measured), MOVES] = 0.0
     fixed = np.asarray(~kinds.speed.any(axis=1))
     shown = np.where(fixed[:, None], 1.0, share[..., 0, PITCH])
     return Updated(states, nis, *_learned(counted, share * white, e), p, step.off, step.S, shown)
+
+
+def _by_ground_alone(measured: Measured) -> Bools:
+    """Return which objects, (N,), have no other range than that by the ground.
+
+    To one camera that stands, only how evenly these move would tell anything, and they may be
+    picked up.
+    """
+    return np.asarray(measured.used[:, PLANE] & ~two_ranges(measured))
 
 
 def _alike(each: Floats, of: Indices) -> Floats:

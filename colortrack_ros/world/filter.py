@@ -105,12 +105,12 @@ def update(
     part = in_inverse_depth(part, view.optical)
     robot = errors.robots(rows, len(objects))
     limit, of = GATE[number[rows] - 1], rows % (len(objects) // cases) if cases > 1 else None
-    states, right, change, likely = _jointly(
-        part, errors, robot, measured, view, kinds, ground, camera, limit, of
-    )
-    refused[rows[~right]] = True
+    given = part, errors, robot, measured, view, kinds, ground, camera, limit, of
+    states, right, change, likely = _jointly(*given)
     there = in_space(states, view.optical)
     keep_on_ground(there, measured, view.optical, kinds, ground)
+    right &= in_front(there, view) if view.parks else True  # not above the horizon
+    refused[rows[~right]] = True
     if np.count_nonzero(right) == len(objects):
         objects.whole, objects.probability = there.whole, there.probability
     else:
@@ -276,7 +276,7 @@ def _likelihood(
     :param change: (G, 9 C) total change of the errors, including the further one.
     :param told: information and vector, as returned by :func:`_corrected`.
     """
-    (information, vector), (each, volume) = told, step.likelihoods(of)
+    (information, vector), (each, at_edge) = told, step.likelihoods(of, limit)
     at = change - further
     log = summed(each[right], robot[right], len(P))
     # log likelihood of a Gaussian in the errors, linearized away from its mean
@@ -285,4 +285,4 @@ def _likelihood(
     log -= (at * (vector + bent / 2)).sum(axis=1) + np.linalg.slogdet(A)[1] / 2
     log += ((vector + bent) * change).sum(axis=1) / 2
     # a refused measurement counts as one at the edge of the gate
-    return log + summed((volume - limit / 2)[~right], robot[~right], len(P))
+    return log + summed(at_edge[~right], robot[~right], len(P))

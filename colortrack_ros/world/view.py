@@ -12,6 +12,7 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.world.camera import CameraModel
 from colortrack_ros.world.directions import directions_of
 from colortrack_ros.world.directions import pixels_of
+from colortrack_ros.world.poses import NO_ROBOT
 from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.poses import TransformError
@@ -23,6 +24,10 @@ wheeled robot is as fast."""
 RECALIBRATED = 0.01
 """Change of a pixel's ray from one picture to the next [rad] beyond which the camera has been
 calibrated anew. A lens that zooms by 10 times in 6 s at 30 Hz changes by less. Chosen."""
+
+HARDLY_DRIVES = 0.02
+"""Speed of a robot [m/s], [rad/s] below which it stands: poses from pictures are off by 1 mm within
+0.06 s. Chosen."""
 
 LEAST_LENGTH = 1e-9
 """Least length of a direction; it is 0 straight below the camera, or at the camera itself."""
@@ -77,6 +82,13 @@ class View:
         fixed-axis angles coincide, and none of them describes its sideways tilt.
         """
         return np.asarray(self.base.R @ self.mount.R)
+
+    @cached_property
+    def parks(self) -> bool:
+        """Whether the camera surely stands in the fixed frame."""
+        if self.way is None:
+            return self.base is NO_ROBOT
+        return bool(np.abs(self.way).max() < HARDLY_DRIVES)
 
     @cached_property
     def moves(self) -> Floats:

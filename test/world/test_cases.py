@@ -43,6 +43,36 @@ def test_a_ball_that_rolls_straight_before_a_robot_that_stands_tells_nothing_of_
 
 
 @pytest.mark.slow
+def test_a_ball_that_is_picked_up_before_a_robot_that_stands_tells_nothing_of_its_pitch():
+    """It speeds up as nothing on the ground does: 2 degrees were learned, and taken for certain."""
+    kind = Kind('red', KindConfig(diameter=0.2))
+    one = Locator(LocatorConfig(colors=(kind,)), lambda _: None)
+    view = View(CAMERA, VIEW.base, MOUNT, np.zeros(6))
+    for k in range(60):
+        height = 0.1 + 0.6 * np.sin(np.pi / 2 * np.clip((k - 10) / 40, 0, 1)) ** 2
+        out = one.update(*seen(view, [(2.3, 0.0, height), STANDS], (k + 1) * 2 * FRAME), view)
+    row = out.rows[out.rows['track_id'] == 2][0]
+    assert np.hypot(row['x'] - STANDS[0], row['y'] - STANDS[1]) < 0.1
+    spread = np.sqrt(np.linalg.eigvalsh(row['covariance'].reshape(6, 6)[:2, :2])[-1])
+    assert 0.4 < spread < 0.55
+
+
+def test_a_ball_above_the_horizon_of_one_case_is_not_taken_to_be_behind_the_camera():
+    """Covariances there had negative variances, and in the end all objects were at nan."""
+    sigma = 0.01, 0.01, 0.01, 0.01, 0.01745, 0.01
+    config = LocatorConfig(colors=(Kind('red', KindConfig(diameter=0.2)),), camera_pose_sigma=sigma)
+    one, noise = Locator(config, lambda _: None), np.random.default_rng(559).normal(size=(45, 2))
+    seen_by = View(CAMERA, VIEW.base, Pose.of_rpy((0.1, 0, 0.5), (0, 0.273, 0)))
+    view = View(CAMERA, VIEW.base, MOUNT, np.zeros(6))
+    for k in range(30):
+        t = k / 15
+        x = 3.22 + 4.53 * t - 0.31 * t * t / 2
+        y, z = np.array([0.21 * t, 0.1]) + 0.002 * x * noise[k]
+        one.update(*seen(seen_by, [(x, y, z), STANDS], (k + 1) * 2 * FRAME), view)
+        assert one._objects.belief.in_front(view).all()
+
+
+@pytest.mark.slow
 def test_balls_that_roll_evenly_tell_a_robot_that_stands_nothing_of_its_pitch(monkeypatch):
     """They were twice as far off as 1 degree of pitch lets them be: 43 % of the range."""
     monkeypatch.setattr(world, 'config_of', lambda *_: world_scene.config_of('ground', 'rests'))
