@@ -107,12 +107,14 @@ class SmallThings:
 
     :param colors: indices of the colors to find them of.
     :param count: number of all colors.
+    :param erosion: size of its square [px].
 
     others: of which it finds none, as small ones are blobs like all others, or are not wanted.
     """
 
-    def __init__(self, colors: list[int], count: int) -> None:
+    def __init__(self, colors: list[int], count: int, erosion: int) -> None:
         self._colors, self._count = colors, count
+        (self._largest,) = worn(np.array([LARGEST_SPECK]), erosion)
         self.others = [k for k in range(count) if k not in colors]
         self._specks = dict[int, Specks]()
         self._seen = np.zeros(0, np.int64)
@@ -128,9 +130,13 @@ class SmallThings:
         return [k for k in self._colors if since[k] >= USUAL_SECONDS]
 
     def see(self, blobs: BlobTable, stamp: int) -> None:
-        """Take note of the blobs that were found as usual."""
+        """Take note of the blobs that were found as usual, and are larger than small things.
+
+        Of one of 7 px the erosion leaves enough now and then.
+        """
         if len(blobs.label):
-            self._seen[blobs.label.astype(np.intp) - 1] = stamp
+            label = blobs.label[blobs.area > self._largest]
+            self._seen[label.astype(np.intp) - 1] = stamp
 
     def find(
         self, image: LabelImage, due: list[int], missing: list[int], stamp: int

@@ -56,6 +56,23 @@ def test_a_small_ball_is_found_by_its_name():
     assert detector.trouble == ''
 
 
+def test_a_ball_of_7_px_of_which_the_erosion_leaves_enough_now_and_then_is_found_in_every_picture():
+    """The pictures in which it was found as usual kept it from being found in the others."""
+
+    def shown(k):
+        u, v = 20.3 + 4.3 * k, 60.2 + 1.4 * k
+        image = np.full((480, 640, 3), WALL)
+        cv2.circle(image, (round(4 * u), round(4 * v)), 14, RED, cv2.FILLED)
+        image = cv2.resize(image, (160, 120), interpolation=cv2.INTER_AREA)
+        image = cv2.GaussianBlur(image, (0, 0), 0.7)
+        image += np.random.default_rng(k).normal(0, 2, image.shape)
+        return image.clip(0, 255).astype(np.uint8)
+
+    found = [len(rows) for rows in rows_of(sought(RED), map(shown, range(25)))]
+    assert 0 < sum(found[:FROM]) < FROM / 2
+    assert found[FROM:] == [1] * (25 - FROM)
+
+
 def test_its_box_is_its_own_and_its_area_what_an_erosion_leaves_of_it():
     """So that the locator, which adds what the erosion takes, knows how large it is."""
     *_, (row,) = rows_of(sought(RED), (picture((80, 60), seed=k) for k in range(20)))

@@ -63,7 +63,8 @@ class ColorDistance(Method):
         self._image: LabelImage | None = None
         self._finder = ColorFinder(config.colors)
         is_sought = any(color.is_sought for color in config.colors)
-        self._small, self._due = SmallThings(config.of_small_things, self.labels), list[int]()
+        self._small = SmallThings(config.of_small_things, self.labels, config.erosion_size)
+        self._due = list[int]()
         self._smoothing = Smoothing(config.smoothing or int(not is_sought))
         is_fixed = not (is_sought or config.follow_light)
         self._tables = [KeptTable(is_fixed, config.threads) for _ in ('tight', 'loose')]
