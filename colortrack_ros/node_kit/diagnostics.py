@@ -31,8 +31,8 @@ from colortrack_ros.parameters import parameter
 PERIOD = 1.0
 """Interval [s] between messages: that of diagnostic_updater."""
 TOLD_EVERY = 5.0
-"""Least interval [s] between log lines about refused input. Assumed: slow enough to read them
-all."""
+"""Least interval [s] between log lines about refused input, or a trouble that comes and goes.
+Assumed: slow enough to read them all."""
 LOGGED_AFTER = 5.0
 """How many times as long as diagnostics wait until the log has it, too: 10 s by default, in which
 what is started along with a node, as a camera's driver, publishes. Assumed."""
@@ -100,6 +100,7 @@ class Health:
         self._counts = _Counts()
         self._reason = self._still = self._logged = ''
         self._noted: tuple[str, ...] = ()
+        self._noted_at = dict[str, float]()
         self._noted_level = ERROR
         self._stamps = StampWatch()
         self._told, self._once = -TOLD_EVERY, set[str]()
@@ -111,7 +112,8 @@ class Health:
     def note(self, *troubles: str, level: bytes = ERROR) -> None:
         """Log what is wrong with a picture, each trouble once until it is over.
 
-        Nothing refused keeps one from the log, unless it has just been logged as that.
+        One that comes and goes is logged every TOLD_EVERY seconds. Nothing refused keeps one from
+        the log, unless it has just been logged as that.
 
         :param troubles: empty where there is none, the worst first; each kind of trouble has its
             place.
@@ -119,7 +121,11 @@ class Health:
         """
         for trouble, before in itertools.zip_longest(troubles, self._noted, fillvalue=''):
             if trouble and not before and trouble != self._logged:
-                self._node.get_logger().warning(trouble)
+                now = STEADY.now().nanoseconds * 1e-9
+                recent = {t: at for t, at in self._noted_at.items() if now - at < TOLD_EVERY}
+                if trouble not in recent:
+                    self._node.get_logger().warning(trouble)
+                self._noted_at = {trouble: now} | recent
         self._noted, self._noted_level, self._logged = troubles, level, ''
 
     def took_in(self) -> None:
