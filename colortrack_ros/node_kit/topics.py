@@ -142,7 +142,7 @@ def subscribe_to(
     """
 
     def receive(cdr: bytes, info: dict[str, int | None]) -> None:
-        number(info['publication_sequence_number'])
+        number(info.get('publication_sequence_number'))
         try:
             take(cdr)
         except MessageError as error:
