@@ -105,11 +105,11 @@ def update(
     part = in_inverse_depth(part, view.optical)
     robot = errors.robots(rows, len(objects))
     limit, of = GATE[number[rows] - 1], rows % (len(objects) // cases) if cases > 1 else None
-    given = part, errors, robot, measured, view, kinds, ground, camera, limit, of
-    states, right, change, likely = _jointly(*given)
-    there = in_space(states, view.optical)
-    keep_on_ground(there, measured, view.optical, kinds, ground)
-    right &= in_front(there, view) if view.parks else True  # not above the horizon
+    states, right, change, likely = _jointly(
+        part, errors, robot, measured, view, kinds, ground, camera, limit, of
+    )
+    there, is_possible = _placed(states, measured, view, kinds, ground)
+    right &= is_possible
     refused[rows[~right]] = True
     if np.count_nonzero(right) == len(objects):
         objects.whole, objects.probability = there.whole, there.probability
@@ -117,6 +117,15 @@ def update(
         objects.whole = objects.shifted(change.repeat(len(objects) // len(change), axis=0)).whole
         objects.put(rows[right], there.take(right))
     return refused, likely
+
+
+def _placed(
+    states: Motions, measured: Measured, view: View, kinds: Kinds, ground: float
+) -> tuple[Motions, Bools]:
+    """Return states in space, kept on the ground, and which, (N,), are not above the horizon."""
+    there = in_space(states, view.optical)
+    keep_on_ground(there, measured, view.optical, kinds, ground)
+    return there, in_front(there, view) if view.parks else np.ones(len(there), bool)
 
 
 def doubt(objects: Motions, refused: Bools) -> None:
